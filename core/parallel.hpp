@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+// Parallel loops whose results do not depend on the number of threads: every index is written by one iteration, and
+// sums run over blocks of fixed size that are added up in order. The only file that may mention OpenMP.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <vector>
+#ifdef _OPENMP
+#include <omp.h>
+#endif
+
+namespace core {
+
+inline void set_threads([[maybe_unused]] int n) {
+#ifdef _OPENMP
+  omp_set_num_threads(n);
+#endif
+}
+
+inline int threads() {
+#ifdef _OPENMP
+  return omp_get_max_threads();
+#else
+  return 1;
+#endif
+}
+
+/// f(i) for i in [0, n), in no particular order.
+template <class F>
+void for_each(std::size_t n, F&& f) {
+#pragma omp parallel for schedule(static) if (n > 256)
+  for (std::ptrdiff_t i = 0; i < static_cast<std::ptrdiff_t>(n); ++i) f(static_cast<std::size_t>(i));
+}
+
+/// f(first, last) over pieces of [0, n) of the given size, in no particular order; for loops that carry scratch.
+template <class F>
+void for_each_block(std::size_t n, std::size_t block, F&& f) {
+  const std::ptrdiff_t n_blocks = static_cast<std::ptrdiff_t>((n + block - 1) / block);
+#pragma omp parallel for schedule(dynamic, 1) if (n_blocks > 1)
+  for (std::ptrdiff_t b = 0; b < n_blocks; ++b) {
+    const std::size_t first = static_cast<std::size_t>(b) * block;
+    f(first, std::min(n, first + block));
+  }
+}
+
+constexpr std::size_t reduction_block = 1024;
+
+/// combine over blocks of fixed size, partial results joined in order: the same bits on any number of threads.
+/// map(first, last) -> R for one block; join(R, R) -> R.
+template <class R, class Map, class Join>
+R reduce(std::size_t n, R start, Map&& map, Join&& join) {
+  const std::size_t n_blocks = (n + reduction_block - 1) / reduction_block;
+  if (n_blocks <= 1) return n == 0 ? start : join(start, map(std::size_t{0}, n));
+  std::vector<R> part(n_blocks, start);
+  for_each_block(n, reduction_block,
+                 [&](std::size_t first, std::size_t last) { part[first / reduction_block] = map(first, last); });
+  R result = start;
+  for (const R& r : part) result = join(result, r);
+  return result;
+}
+
+/// Sum of f(i) over [0, n).
+template <class R, class F>
+R sum(std::size_t n, R zero, F&& f) {
+  return reduce(
+      n, zero,
+      [&](std::size_t first, std::size_t last) {
+        R r = zero;
+        for (std::size_t i = first; i < last; ++i) r += f(i);
+        return r;
+      },
+      [](R a, const R& b) { return R(a + b); });
+}
+
+/// The smallest value of f(i) and the lowest index that has it.
+struct MinWhere {
+  double value = 1e300;
+  std::size_t index = 0;
+};
+template <class F>
+MinWhere min_where(std::size_t n, F&& f) {
+  return reduce(
+      n, MinWhere{},
+      [&](std::size_t first, std::size_t last) {
+        MinWhere r;
+        for (std::size_t i = first; i < last; ++i)
+          if (const double v = f(i); v < r.value) r = {v, i};
+        return r;
+      },
+      [](MinWhere a, MinWhere b) { return b.value < a.value ? b : a; });
+}
+
+}  // namespace core

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+// What there is to measure: the matter of one instant, elements first, particles after, and the scene it came from.
+// Built by app/ from a running simulation and by `ejecta measure` from run.h5: both give the same numbers.
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "core/types.hpp"
+
+namespace measure {
+
+/// One row an alive element (rows [0, n_elements)) or a particle (the rest).
+struct Matter {
+  std::size_t n_elements = 0;
+  std::vector<core::Vec3> x;        ///< centre [m]
+  std::vector<core::Vec3> v;        ///< velocity [m/s]
+  std::vector<double> m;            ///< mass [kg]
+  std::vector<double> rho, p, e, T; ///< [kg/m3] [Pa] [J/kg] [K]
+  std::vector<double> eps_p, damage;
+  std::vector<double> size;         ///< edge of an element (cube root of its volume), spacing of a particle (cbrt(m/rho)) [m]
+  std::vector<int> body;            ///< parent body
+  std::vector<std::array<std::int32_t, 8>> node;  ///< [n_elements] corners, see fem/mesh.hpp for their order
+  std::vector<core::Vec3> node_x;   ///< [m]
+};
+
+struct BodyScene {
+  std::string name;
+  bool is_plate = false;            ///< plate or box at rest that something flies towards
+  bool is_projectile = false;       ///< the body that moves
+  core::Vec3 center{0, 0, 0}, normal{0, 0, 1};  ///< as built [m]; the front face is at center + normal * thickness / 2
+  double thickness = 0;             ///< [m]
+  core::Vec3 extent{0, 0, 0};       ///< full edges in the body's own axes [m]
+  double initial_mass = 0;          ///< of the whole body (all symmetry copies) [kg]
+  double e_melt = 1e300, e_melted = 1e300, e_vapour = 1e300, e_vaporised = 1e300;  ///< see material::Material [J/kg]
+  core::Vec3 impulse{0, 0, 0};      ///< momentum the body received so far, all copies [N s]
+};
+
+struct Scene {
+  std::vector<BodyScene> bodies;
+  std::vector<int> plates;          ///< indices of bodies in the order in which the projectile's line of flight meets them
+  int projectile = 0;               ///< index
+  core::Vec3 impact_velocity{0, 0, 0};  ///< projectile's [m/s]
+  core::Vec3 aim{0, 0, 0};          ///< where the line of flight meets the first plate's front face [m]
+  double projectile_size = 0;       ///< diameter [m]
+  double element_size = 0;          ///< fine mesh of the first plate [m]
+  core::Symmetry symmetry;          ///< the matter given is the part on the positive sides
+  double time = 0;                  ///< [s]
+  double peak_pressure_axis = 0, peak_pressure_axis_hugoniot = 0, peak_pressure_max = 0;  ///< recorded while running [Pa]
+};
+
+struct Value {
+  std::string key;                  ///< as DESIGN names it, "bumper.hole_diameter"
+  double value = 0;
+  std::string unit;                 ///< SI, "" for a pure number or a truth value (1 or 0, unit "bool")
+};
+
+/// One connected piece of debris.
+struct Fragment {
+  double mass = 0, size = 0, temperature = 0;   ///< [kg] [m, diameter of the sphere of its volume] [K, mass mean]
+  core::Vec3 x{0, 0, 0}, v{0, 0, 0};            ///< centre of mass [m], velocity [m/s]
+  double projectile_fraction = 0;               ///< mass that came from the projectile [-]
+  int n_points = 0;
+  bool lone = false;                            ///< a single particle out of every kernel's reach
+};
+
+struct Result {
+  std::vector<Value> values;
+  std::vector<Fragment> fragments;  ///< largest first
+};
+
+/// Every measurement that the scene allows. Keys and definitions: docs/measurements.md.
+Result measure(const Matter& matter, const Scene& scene);
+
+}  // namespace measure
