@@ -24,6 +24,7 @@ struct PerfectlyPlastic {
 
 /// Johnson & Cook, Proc. 7th Int. Symp. Ballistics (1983) 541, eq. 1:
 /// Y = (A + B eps^n)(1 + C ln max(rate/rate_0, 1))(1 - T*^m), T* = (T - T_room)/(T_melt - T_room) held in [0, 1].
+/// G is constant below T_melt and zero from there on. Law: material/johnson_cook.hpp.
 struct JohnsonCook {
   double G = 0;                 ///< shear modulus [Pa]
   double A = 0, B = 0, n = 1;   ///< [Pa], [Pa], [-]
@@ -35,7 +36,7 @@ struct JohnsonCook {
 };
 
 /// Steinberg, Cochran & Guinan, J. Appl. Phys. 51 (1980) 1498, eqs 1-3, with melting after Steinberg,
-/// UCRL-MA-106439 (1996): above T_melt(rho) both G and Y are zero.
+/// UCRL-MA-106439 (1996): above T_melt(rho) both G and Y are zero. Law: material/steinberg_guinan.hpp.
 struct SteinbergGuinan {
   double G_0 = 0;                    ///< [Pa]
   double Y_0 = 0, Y_max = 0;         ///< [Pa]
@@ -50,7 +51,7 @@ using Strength = std::variant<NoStrength, PerfectlyPlastic, JohnsonCook, Steinbe
 
 /// Johnson & Cook, Eng. Fract. Mech. 21 (1985) 31, eqs 3-5: damage grows by d(eps_p)/eps_f,
 /// eps_f = [D1 + D2 exp(D3 p*)](1 + D4 ln max(rate/rate_0, 1))(1 + D5 T*), p* = -p/sigma_eff held at or below 1.5
-/// (their sigma*, positive in tension; with D3 < 0 tension embrittles).
+/// (their sigma*, positive in tension; with D3 < 0 tension embrittles). Law: material/johnson_cook_damage.hpp.
 struct JohnsonCookDamage {
   double D1 = 0, D2 = 0, D3 = 0, D4 = 0, D5 = 0;  ///< [-]
   double rate_0 = 1;                              ///< [1/s]
@@ -74,6 +75,10 @@ struct Material {
   };
   std::vector<Constant> constants;
 };
+
+/// Makes the equation of state ready (eos::prepare) and checks the constants of the strength and damage laws. Whoever
+/// builds or changes a material calls it before the first update(). Throws core::CaseError.
+void prepare(Material& material);
 
 /// The shear modulus in the reference state [Pa]; 0 without strength.
 double shear_modulus(const Strength& strength);

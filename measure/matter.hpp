@@ -32,6 +32,7 @@ struct BodyScene {
   core::Vec3 center{0, 0, 0}, normal{0, 0, 1};  ///< as built [m]; the front face is at center + normal * thickness / 2
   double thickness = 0;             ///< [m]
   core::Vec3 extent{0, 0, 0};       ///< full edges in the body's own axes [m]
+  double rho_0 = 0;                 ///< reference density; 0 where unknown: expanded particles then count as large [kg/m3]
   double initial_mass = 0;          ///< of the whole body (all symmetry copies) [kg]
   double e_melt = 1e300, e_melted = 1e300, e_vapour = 1e300, e_vaporised = 1e300;  ///< see material::Material [J/kg]
   core::Vec3 impulse{0, 0, 0};      ///< momentum the body received so far, all copies [N s]
@@ -72,5 +73,9 @@ struct Result {
 
 /// Every measurement that the scene allows. Keys and definitions: docs/measurements.md.
 Result measure(const Matter& matter, const Scene& scene);
+
+/// The debris cloud behind the plate scene.plates[plate_index] alone, with the same keys and values as measure() would
+/// give for this matter: for the moment before the cloud's front reaches the next plate.
+Result measure_cloud(const Matter& matter, const Scene& scene, std::size_t plate_index);
 
 }  // namespace measure

@@ -1,0 +1,256 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/body_mesh.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.hpp"
+#include "io/mesh_deck.hpp"
+
+namespace app {
+
+using core::Vec3;
+using io::Shape;
+
+static Vec3 extent(const io::BodySpec& b) {
+  switch (b.shape) {
+    case Shape::sphere: return Vec3::Constant(b.diameter);
+    case Shape::cylinder: return {b.diameter, b.diameter, b.length};
+    default: return b.size;
+  }
+}
+
+double smallest_extent(const io::BodySpec& b) {
+  if (b.shape == Shape::mesh) return 0;
+  return extent(b).minCoeff();
+}
+
+int projectile_of(const io::Case& spec) {
+  std::size_t best = 0;
+  for (std::size_t b = 1; b < spec.bodies.size(); ++b)
+    if (spec.bodies[b].velocity.norm() > spec.bodies[best].velocity.norm()) best = b;
+  return static_cast<int>(best);
+}
+
+/// Turns the body's z axis onto its normal, about an axis normal to both.
+static core::Mat3 rotation(const io::BodySpec& b) {
+  const Vec3 n = b.normal.normalized();
+  if (n == Vec3::UnitZ()) return core::Mat3::Identity();
+  return Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), n).toRotationMatrix();
+}
+
+static Vec3 flight(const io::Case& spec) {
+  const Vec3 v = spec.bodies[static_cast<std::size_t>(projectile_of(spec))].velocity;
+  return v.isZero(0) ? Vec3(0, 0, -1) : Vec3(v.normalized());
+}
+
+Vec3 where_struck(const io::Case& spec, std::size_t body) {
+  const auto& b = spec.bodies[body];
+  const Vec3 n = b.normal.normalized(), from = spec.bodies[static_cast<std::size_t>(projectile_of(spec))].center, v = flight(spec);
+  const double side = v.dot(n) > 0 ? -1 : 1;
+  const double along = v.dot(n), thickness = extent(b)[2];
+  if (std::abs(along) < 1e-9) return b.center;
+  return from + v * (n.dot(b.center + side * 0.5 * thickness * n - from) / along);
+}
+
+std::vector<int> plates_in_order(const io::Case& spec) {
+  const int shot = projectile_of(spec);
+  const Vec3 from = spec.bodies[static_cast<std::size_t>(shot)].center, v = flight(spec);
+  std::vector<std::pair<double, int>> met;
+  for (std::size_t b = 0; b < spec.bodies.size(); ++b) {
+    const auto& body = spec.bodies[b];
+    if (static_cast<int>(b) == shot || (body.shape != Shape::plate && body.shape != Shape::box)) continue;
+    const Vec3 hit = where_struck(spec, b), local = rotation(body).transpose() * (hit - body.center);
+    if (std::abs(local[0]) > 0.5 * body.size[0] || std::abs(local[1]) > 0.5 * body.size[1]) continue;
+    met.push_back({v.dot(hit - from), static_cast<int>(b)});
+  }
+  std::sort(met.begin(), met.end());
+  std::vector<int> order;
+  for (const auto& [distance, b] : met)
+    if (distance > 0) order.push_back(b);
+  return order;
+}
+
+// ------------------------------------------------------------------------------------------------ plates
+
+struct PlateGrid {
+  std::vector<double> x, y, z;
+  double fine = 0;
+};
+
+/// Fine edge and half-width of the fine mesh for the k-th plate in flight order (k < 0: not on the line of flight).
+static std::pair<double, double> fineness(const io::Case& spec, const io::BodySpec& b, int k, double distance) {
+  const auto& shot = spec.bodies[static_cast<std::size_t>(projectile_of(spec))];
+  const double d = smallest_extent(shot) > 0 ? smallest_extent(shot) : extent(b).minCoeff();
+  double fine = d / spec.elements_across;
+  double half = 1.5 * d;
+  constexpr double later_layers = 6, cloud_slope = 0.35;
+  if (k > 0) {
+    fine = std::max(fine, b.size[2] / later_layers);
+    half = 1.5 * d + cloud_slope * distance;
+  }
+  if (b.size[2] > 2 * d) half = 2.2 * d;  // a thick target: the crater and its rim
+  if (b.element_size) fine = *b.element_size;
+  if (b.fine_radius) half = *b.fine_radius;
+  return {fine, half};
+}
+
+static std::vector<double> through(const io::BodySpec& b, double fine, double half, double d, bool front_is_high) {
+  const double t = b.size[2];
+  if (b.elements_through) {
+    std::vector<double> z;
+    const int n = *b.elements_through;
+    for (int i = 0; i <= n; ++i) z.push_back(-0.5 * t + t * i / n);
+    return z;
+  }
+  if (t <= 2 * d) {
+    const int n = std::max(2, static_cast<int>(std::lround(t / fine)));
+    std::vector<double> z;
+    for (int i = 0; i <= n; ++i) z.push_back(-0.5 * t + t * i / n);
+    return z;
+  }
+  fem::Grading g;
+  g.fine = fine;
+  g.fine_half = std::min(half, 2.5 * d);
+  g.focus = front_is_high ? 0.5 * t : -0.5 * t;
+  g.coarse = 12 * fine;
+  return fem::graded_line(-0.5 * t, 0.5 * t, g);
+}
+
+static PlateGrid plate_grid(const io::Case& spec, std::size_t body) {
+  const auto& b = spec.bodies[body];
+  const auto order = plates_in_order(spec);
+  const auto found = std::find(order.begin(), order.end(), static_cast<int>(body));
+  const int k = found == order.end() ? -1 : static_cast<int>(found - order.begin());
+  const Vec3 hit = where_struck(spec, body);
+  const Vec3 local = k < 0 ? Vec3(Vec3::Zero()) : Vec3(rotation(b).transpose() * (hit - b.center));
+  const double distance = k > 0 ? (hit - where_struck(spec, static_cast<std::size_t>(order[0]))).norm() : 0;
+  const auto [fine, half] = fineness(spec, b, k, distance);
+  const auto& shot = spec.bodies[static_cast<std::size_t>(projectile_of(spec))];
+  const double d = smallest_extent(shot);
+  const double cosine = std::max(0.3, std::abs(flight(spec).dot(b.normal.normalized())));
+  PlateGrid g;
+  g.fine = fine;
+  for (int axis = 0; axis < 2; ++axis) {
+    fem::Grading grading;
+    grading.fine = fine;
+    // an oblique shot spreads along the plate's tilt
+    grading.fine_half = std::abs(flight(spec)[axis]) > 1e-9 || std::abs(b.normal[axis]) > 1e-9 ? half / cosine : half;
+    grading.focus = local[axis];
+    grading.coarse = 20 * fine;
+    const double edge = b.size[axis];
+    const bool cut = spec.symmetry.plane[static_cast<std::size_t>(axis)];
+    auto& line = axis == 0 ? g.x : g.y;
+    line = fem::graded_line(cut ? 0.0 : -0.5 * edge, 0.5 * edge, grading);
+  }
+  const bool front_is_high = flight(spec).dot(b.normal) < 0;
+  g.z = through(b, fine, half, d > 0 ? d : 1e300, front_is_high);
+  return g;
+}
+
+// ------------------------------------------------------------------------------------------------ all shapes
+
+static fem::HexMesh placed(fem::HexMesh mesh, const io::BodySpec& b) {
+  const core::Mat3 r = rotation(b);
+  const bool turn = !r.isIdentity(0);
+  for (Vec3& x : mesh.x) x = (turn ? Vec3(r * x) : x) + b.center;
+  return mesh;
+}
+
+static PlacedBody place(const io::Case& spec, std::size_t body) {
+  const io::BodySpec& b = spec.bodies[body];
+  const auto& shot = spec.bodies[static_cast<std::size_t>(projectile_of(spec))];
+  const double scale = smallest_extent(shot) > 0 ? smallest_extent(shot) : smallest_extent(b);
+  const double size = b.element_size.value_or(scale / spec.elements_across);
+  const core::Symmetry keep = spec.symmetry;  // a turned body keeps the axes of the planes it is symmetric about
+  PlacedBody p;
+  p.spec = &b;
+  p.element_size = size;
+  switch (b.shape) {
+    case Shape::sphere: {
+      const int n = std::max(4, static_cast<int>(std::lround(b.diameter / size)));
+      p.count = 0.52 * std::pow(n, 3) / keep.copies();
+      p.make = [&b, n, keep] { return placed(fem::sphere(b.diameter, n, keep), b); };
+      break;
+    }
+    case Shape::cylinder: {
+      const int n = std::max(4, static_cast<int>(std::lround(b.diameter / size)));
+      const int along = std::max(2, static_cast<int>(std::lround(b.length / size)));
+      p.count = 0.785 * n * n * along / keep.copies();
+      p.make = [&b, n, along, keep] { return placed(fem::cylinder(b.diameter, b.length, n, along, keep), b); };
+      break;
+    }
+    case Shape::plate:
+    case Shape::box: {
+      const PlateGrid g = plate_grid(spec, body);
+      p.element_size = g.fine;
+      p.count = static_cast<double>((g.x.size() - 1) * (g.y.size() - 1) * (g.z.size() - 1));
+      p.make = [&b, g] { return placed(fem::box(g.x, g.y, g.z), b); };
+      break;
+    }
+    case Shape::mesh: {
+      auto deck = io::read_mesh_deck(b.file, 1.0);
+      p.count = static_cast<double>(deck.node.size());
+      fem::HexMesh mesh{std::move(deck.x), std::move(deck.node)};
+      p.element_size = fem::quality(mesh).shortest_edge;
+      p.make = [&b, mesh] { return placed(mesh, b); };
+      break;
+    }
+  }
+  return p;
+}
+
+std::vector<PlacedBody> place_bodies(const io::Case& spec) {
+  std::vector<PlacedBody> r;
+  for (std::size_t b = 0; b < spec.bodies.size(); ++b) r.push_back(place(spec, b));
+  return r;
+}
+
+// ------------------------------------------------------------------------------------------------ overlap
+
+/// Signed distance from a point to the body's surface, negative inside; conservative outside near edges.
+static double distance(const io::BodySpec& b, const Vec3& x) {
+  const Vec3 l = rotation(b).transpose() * (x - b.center);
+  if (b.shape == Shape::sphere) return l.norm() - 0.5 * b.diameter;
+  if (b.shape == Shape::cylinder)
+    return std::max(std::hypot(l[0], l[1]) - 0.5 * b.diameter, std::abs(l[2]) - 0.5 * b.length);
+  const Vec3 d = l.cwiseAbs() - 0.5 * b.size;
+  return d.maxCoeff();
+}
+
+/// Points over the body's surface and inside, in place.
+static std::vector<Vec3> samples(const io::BodySpec& b) {
+  std::vector<Vec3> r;
+  const core::Mat3 turn = rotation(b);
+  const Vec3 half = 0.5 * extent(b);
+  constexpr int n = 24;
+  for (int i = -n; i <= n; ++i)
+    for (int j = -n; j <= n; ++j)
+      for (int k = -n; k <= n; k += (std::abs(i) == n || std::abs(j) == n) ? 1 : n) {
+        Vec3 u(double(i) / n, double(j) / n, double(k) / n);
+        if (b.shape == Shape::sphere && !u.isZero()) u *= u.cwiseAbs().maxCoeff() / u.norm();
+        if (b.shape == Shape::cylinder && std::hypot(u[0], u[1]) > 0)
+          u.head<2>() *= u.head<2>().cwiseAbs().maxCoeff() / u.head<2>().norm();
+        r.push_back(b.center + turn * u.cwiseProduct(half));
+      }
+  return r;
+}
+
+void check_overlap(const io::Case& spec) {
+  for (std::size_t a = 0; a < spec.bodies.size(); ++a)
+    for (std::size_t b = 0; b < spec.bodies.size(); ++b) {
+      const auto &p = spec.bodies[a], &q = spec.bodies[b];
+      if (a == b || p.shape == Shape::mesh || q.shape == Shape::mesh) continue;
+      const double tolerance = 1e-6 * std::min(smallest_extent(p), smallest_extent(q));
+      double deepest = 0;
+      for (const Vec3& x : samples(p)) deepest = std::min(deepest, distance(q, x));
+      if (deepest < -tolerance)
+        throw core::CaseError(fmt::format(
+            "{}: bodies \"{}\" and \"{}\" overlap by {:.4g} mm: move one of them (body.{}.center) so that they at most touch",
+            spec.file, p.name, q.name, -deepest * 1e3, q.name));
+    }
+}
+
+}  // namespace app

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where the bodies of a case lie and how finely each is meshed. The projectile's smallest extent has elements_across
+// elements; the first plate takes that size round where it is struck, later plates at least six elements through their
+// thickness at no finer size; all coarsen away from there.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "fem/generate.hpp"
+#include "io/case.hpp"
+
+namespace app {
+
+struct PlacedBody {
+  const io::BodySpec* spec = nullptr;
+  double element_size = 0;              ///< in the fine part [m]
+  double count = 0;                     ///< elements, about
+  std::function<fem::HexMesh()> make;   ///< the mesh in place, cut at the symmetry planes
+};
+
+/// One a body, in the case's order. The symmetry of the case must be resolved.
+std::vector<PlacedBody> place_bodies(const io::Case& spec);
+
+/// The body that flies: the fastest one (the first of equals).
+int projectile_of(const io::Case& spec);
+
+/// Bodies that are at rest or slower and that the projectile's line of flight meets, in the order of meeting.
+std::vector<int> plates_in_order(const io::Case& spec);
+
+/// Where the line of flight of the projectile meets the body's front face, or its centre where it does not [m].
+core::Vec3 where_struck(const io::Case& spec, std::size_t body);
+
+double smallest_extent(const io::BodySpec& body);
+
+/// Throws core::CaseError naming two bodies whose volumes overlap.
+void check_overlap(const io::Case& spec);
+
+}  // namespace app

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/checkpoint.hpp"
+
+#include <fmt/format.h>
+
+#include "fem/elements.hpp"
+#include "io/archive.hpp"
+
+namespace app {
+
+template <class Archive>
+static void each_point_field(Archive& a, const std::string& name, core::Points& pt) {
+  int k = 0;
+  pt.each_field([&](std::vector<double>& field) { a(fmt::format("{}/{}", name, k++), field); });
+}
+
+template <class Archive>
+static void mesh_state(Archive& a, fem::Mesh& mesh) {
+  auto& n = mesh.nodes;
+  a("nodes/x", n.x), a("nodes/v", n.v), a("nodes/v_mean", n.v_mean), a("nodes/m", n.m), a("nodes/awake", n.awake);
+  auto& e = mesh.elements;
+  each_point_field(a, "elements/points", e.pt);
+  a("elements/deformation", e.deformation), a("elements/ratio_0", e.ratio_0);
+  a("elements/dt", e.dt), a("elements/dt_0", e.dt_0);
+  a("elements/corner_force", e.corner_force), a("elements/alive", e.alive);
+  if (!e.hourglass.empty()) a("elements/hourglass", e.hourglass);
+  a("mesh/awake_blocks", mesh.awake_blocks), a("mesh/block_awake", mesh.block_awake);
+  a("mesh/n_alive", mesh.n_alive), a("mesh/n_removed", mesh.n_removed);
+}
+
+template <class Archive>
+static void particle_state(Archive& a, sph::Particles& p) {
+  each_point_field(a, "particles/points", p.pt);
+  int k = 0;
+  p.each_array([&](auto& array) { a(fmt::format("particles/{}", k++), array); });
+}
+
+template <class Archive>
+static void totals_state(Archive& a, const std::string& name, Totals& t) {
+  a(name + "/mass", t.mass), a(name + "/kinetic", t.kinetic), a(name + "/internal", t.internal);
+  a(name + "/momentum", t.momentum), a(name + "/angular_momentum", t.angular_momentum);
+  a(name + "/momentum_size", t.momentum_size), a(name + "/angular_size", t.angular_size);
+}
+
+template <class Archive>
+static void frozen_state(Archive& a, Simulation& s) {
+  std::vector<std::string> keys, units;
+  std::vector<double> values;
+  for (const auto& v : s.frozen) keys.push_back(v.key), units.push_back(v.unit), values.push_back(v.value);
+  a("frozen/keys", keys), a("frozen/units", units), a("frozen/values", values), a("frozen/plates", s.cloud_frozen);
+  s.frozen.clear();
+  for (std::size_t i = 0; i < keys.size(); ++i) s.frozen.push_back({keys[i], values[i], units[i]});
+}
+
+template <class Archive>
+static void book_state(Archive& a, Simulation& s) {
+  Ledger& l = s.ledger;
+  totals_state(a, "ledger/initial", l.initial);
+  a("ledger/hourglass", l.hourglass), a("ledger/conversion", l.conversion);
+  a("ledger/eroded_kinetic", l.eroded_kinetic), a("ledger/eroded_internal", l.eroded_internal);
+  a("ledger/eroded_mass", l.eroded_mass), a("ledger/eroded_momentum", l.eroded_momentum);
+  a("ledger/eroded_angular_momentum", l.eroded_angular_momentum);
+  a("ledger/largest_energy_error", l.largest_energy_error);
+  auto& c = s.contact;
+  a("contact/dissipated", c.dissipated), a("contact/heated", c.heated), a("contact/wall_impulse", c.wall_impulse);
+  a("contact/wall_angular_impulse", c.wall_angular_impulse), a("contact/leaks", c.leaks);
+  a("run/time", s.time), a("run/dt", s.dt), a("run/dt_old", s.dt_old), a("run/steps", s.steps);
+  a("run/n_elements_initial", s.n_elements_initial), a("run/n_converted", s.n_converted), a("run/n_eroded", s.n_eroded);
+  a("run/peak_removed", s.peak_removed), a("run/peak_removed_axis", s.peak_removed_axis);
+  frozen_state(a, s);
+  auto& w = s.work;
+  a("work/element_updates", w.element_updates), a("work/element_updates_asleep", w.element_updates_asleep);
+  a("work/particle_updates", w.particle_updates), a("work/particle_updates_asleep", w.particle_updates_asleep);
+  a("work/pair_updates", w.pair_updates), a("work/seconds", w.seconds);
+}
+
+void write_checkpoint(Simulation& s, const std::string& path) {
+  io::ArchiveWriter a(path);
+  mesh_state(a, s.mesh);
+  particle_state(a, s.particles);
+  book_state(a, s);
+  a.commit();
+}
+
+void read_checkpoint(Simulation& s, const std::string& path) {
+  io::ArchiveReader a(path);
+  mesh_state(a, s.mesh);
+  particle_state(a, s.particles);
+  book_state(a, s);
+  s.hood.valid = false;
+  coupling::invalidate(s.contact);
+}
+
+}  // namespace app

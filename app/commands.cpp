@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/commands.hpp"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <thread>
+
+#include "app/run.hpp"
+#include "app/setup.hpp"
+#include "core/error.hpp"
+#include "core/parallel.hpp"
+#include "eos/hugoniot.hpp"
+#include "io/case_file.hpp"
+#include "io/material_file.hpp"
+
+namespace app {
+
+struct Arguments {
+  std::string target, out, mode;
+  std::vector<std::string> set;
+  int threads = 0;
+  bool force = false;
+};
+
+static void use_threads(int asked) {
+  if (asked > 0) core::set_threads(asked);
+}
+
+static int run_case(const Arguments& a) {
+  use_threads(a.threads);
+  const io::Case spec = io::read_case(a.target, a.set, a.mode);
+  const auto stem = [&] {
+    const auto path = std::filesystem::absolute(a.target).lexically_normal();
+    return path.filename() == "case.toml" ? path.parent_path().filename() : path.stem();
+  };
+  return run(spec, a.out.empty() ? "runs/" + stem().string() + "-" + io::to_string(spec.mode) : a.out, a.force);
+}
+
+static int check_case(const Arguments& a) {
+  const io::Case spec = io::read_case(a.target, a.set, a.mode);
+  const Estimate cost = estimate(spec);
+  const core::Symmetry symmetry = find_symmetry(spec);
+  const auto s = set_up(spec);
+  fmt::print("{}\n# bodies\n", io::write_case(s->spec));
+  for (const auto& b : cost.bodies)
+    fmt::print("#   {:<16} about {:>9} elements, finest edge {:.4g} mm\n", b.name, b.elements, b.element_size * 1e3);
+  fmt::print("# active: {}{}{}{}\n", symmetry.copies() > 1 ? fmt::format("symmetry (1/{} of the scene), ", symmetry.copies()) : "",
+             s->sleep_threshold >= 0 ? "sleeping, " : "", s->spec.contact ? "contact once bodies can meet, " : "",
+             spec.mode == io::Mode::hybrid    ? "particles, their neighbour search and the bond once an element converts"
+             : spec.mode == io::Mode::erosion ? "erosion"
+             : spec.mode == io::Mode::sph     ? "particles from the start"
+                                              : "elements only");
+  double dt = 1e300;
+  begin(*s);
+  for (const double d : s->mesh.elements.dt) dt = std::min(dt, d);
+  for (const double d : s->particles.dt) dt = std::min(dt, d);
+  const double steps = spec.end / (spec.cfl * dt);
+  fmt::print("# cost: {} elements, first step {:.3g} ns, about {:.0f} steps, {:.2f} GiB\n", s->n_elements_initial,
+             spec.cfl * dt * 1e9, steps, cost.bytes / (1 << 30));
+  return 0;
+}
+
+static int list_materials(const std::string& name) {
+  if (name.empty()) {
+    for (const auto& m : io::material_names()) {
+      const auto material = io::find_material(m);
+      fmt::print("{:<20} {:8.0f} kg/m3\n", m, material.rho_0);
+    }
+    return 0;
+  }
+  const auto material = io::find_material(name);
+  fmt::print("{}\n", material.name);
+  for (const auto& c : material.constants) fmt::print("  {:<28} {:<22} {}\n", c.key, c.value, c.source);
+  return 0;
+}
+
+static int print_hugoniot(const std::string& name) {
+  const auto m = io::find_material(name);
+  fmt::print("# principal Hugoniot of {}, rho_0 = {:g} kg/m3\n", name, m.rho_0);
+  fmt::print("{:>10} {:>10} {:>12} {:>12} {:>10} {:>12}\n", "up km/s", "Us km/s", "p GPa", "rho kg/m3", "T K", "e MJ/kg");
+  for (double up = 250; up <= 8000; up += 250) {
+    const auto h = eos::hugoniot(m.eos, m.rho_0, up);
+    fmt::print("{:10.3f} {:10.3f} {:12.4f} {:12.1f} {:10.0f} {:12.4f}\n", up * 1e-3, h.Us * 1e-3, h.p * 1e-9, h.rho, h.temperature,
+               h.e * 1e-6);
+  }
+  return 0;
+}
+
+int command_line(int argc, char** argv) {
+  CLI::App cli("Ejecta: hypervelocity impact with elements that become particles");
+  cli.require_subcommand(1);
+  Arguments a;
+  std::string material;
+  int code = 0;
+  const auto case_options = [&](CLI::App* c) {
+    c->add_option("CASE", a.target, "case file, or the folder that holds case.toml")->required();
+    c->add_option("--mode", a.mode, "hybrid | erosion | fem | sph, in place of run.mode");
+    c->add_option("--set", a.set, "key=value in place of what the case says, e.g. run.end=\"5 us\"")->take_all();
+    c->add_option("--threads", a.threads, "number of threads (default: all)")->check(CLI::Range(1, 1024));
+  };
+  auto* c_run = cli.add_subcommand("run", "run a case");
+  case_options(c_run);
+  c_run->add_option("--out", a.out, "output folder (default: runs/CASE-MODE)");
+  c_run->add_flag("--force", a.force, "overwrite an existing output folder");
+  c_run->callback([&] { code = run_case(a); });
+  auto* c_resume = cli.add_subcommand("resume", "continue from the last checkpoint");
+  c_resume->add_option("DIR", a.target)->required();
+  c_resume->add_option("--threads", a.threads)->check(CLI::Range(1, 1024));
+  c_resume->callback([&] {
+    use_threads(a.threads);
+    code = resume(a.target);
+  });
+  auto* c_check = cli.add_subcommand("check", "read, build, print the resolved case, what will be active and the cost");
+  case_options(c_check);
+  c_check->callback([&] { code = check_case(a); });
+  auto* c_measure = cli.add_subcommand("measure", "the measurements again, from the stored state");
+  c_measure->add_option("DIR", a.target)->required();
+  c_measure->callback([&] { fmt::print("{}", measure_again(a.target)); });
+  auto* c_materials = cli.add_subcommand("materials", "the library: constants, units, sources");
+  c_materials->add_option("NAME", material);
+  c_materials->callback([&] { code = list_materials(material); });
+  auto* c_hugoniot = cli.add_subcommand("hugoniot", "Hugoniot of a material");
+  c_hugoniot->add_option("MATERIAL", material)->required();
+  c_hugoniot->callback([&] { code = print_hugoniot(material); });
+  try {
+    cli.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    return cli.exit(e) == 0 ? 0 : 2;
+  } catch (const core::CaseError& e) {
+    fmt::print(stderr, "error: {}\n", e.what());
+    return 2;
+  } catch (const core::GuardError& e) {
+    fmt::print(stderr, "stopped: {}\n", e.what());
+    return 3;
+  } catch (const std::bad_alloc&) {
+    fmt::print(stderr, "stopped: out of memory; a coarser run.fidelity needs less\n");
+    return 3;
+  }
+  return code;
+}
+
+}  // namespace app

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/ledger.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "app/simulation.hpp"
+#include "core/error.hpp"
+#include "core/parallel.hpp"
+
+namespace app {
+
+using core::Vec3;
+
+Totals& Totals::operator+=(const Totals& o) {
+  mass += o.mass;
+  kinetic += o.kinetic;
+  internal += o.internal;
+  momentum += o.momentum;
+  angular_momentum += o.angular_momentum;
+  momentum_size += o.momentum_size;
+  angular_size += o.angular_size;
+  return *this;
+}
+
+Totals Totals::operator+(const Totals& o) const {
+  Totals r = *this;
+  return r += o;
+}
+
+static Totals moving(double m, const Vec3& x, const Vec3& v) {
+  Totals t;
+  t.mass = m;
+  t.kinetic = 0.5 * m * v.squaredNorm();
+  t.momentum = m * v;
+  t.angular_momentum = x.cross(t.momentum);
+  t.momentum_size = m * v.norm();
+  t.angular_size = x.norm() * t.momentum_size;
+  return t;
+}
+
+Totals totals(const Simulation& s) {
+  const auto& n = s.mesh.nodes;
+  const auto& e = s.mesh.elements;
+  const auto& p = s.particles;
+  Totals t = core::sum(n.size(), Totals{}, [&](std::size_t i) { return moving(n.m[i], n.x[i], n.v[i]); });
+  t += core::sum(p.size(), Totals{}, [&](std::size_t i) { return moving(p.pt.m[i], p.x[i], p.v[i]); });
+  t.internal = core::sum(e.size(), 0.0, [&](std::size_t el) { return e.alive[el] ? e.pt.m[el] * e.pt.e[el] : 0.0; }) +
+               core::sum(p.size(), 0.0, [&](std::size_t i) { return p.pt.m[i] * p.pt.e[i]; });
+  return t;
+}
+
+double Ledger::internal() const { return now.internal - hourglass - conversion - contact_heat; }
+
+double Ledger::total() const {
+  return now.kinetic + internal() + hourglass + contact + conversion + eroded_kinetic + eroded_internal;
+}
+
+/// A component of momentum that no symmetry plane gives or takes; of angular momentum likewise.
+static Vec3 conserved(const core::Symmetry& symmetry, Vec3 momentum, bool angular) {
+  for (int d = 0; d < 3; ++d) {
+    if (!symmetry.plane[static_cast<std::size_t>(d)]) continue;
+    if (!angular)
+      momentum[d] = 0;
+    else
+      momentum[(d + 1) % 3] = momentum[(d + 2) % 3] = 0;
+  }
+  return momentum;
+}
+
+void account(Simulation& s) {
+  Ledger& l = s.ledger;
+  l.now = totals(s);
+  l.contact = s.contact.dissipated;
+  l.contact_heat = s.contact.heated;
+  l.wall_impulse = s.contact.wall_impulse;
+  l.wall_angular_impulse = s.contact.wall_angular_impulse;
+  const double scale = std::max(l.initial.kinetic, 1e-300);
+  const Totals& a = l.initial;
+  l.energy_error = (l.total() - (a.kinetic + a.internal)) / scale;
+  l.largest_energy_error = std::max(l.largest_energy_error, std::abs(l.energy_error));
+  l.mass_error = (l.now.mass + l.eroded_mass - a.mass) / a.mass;
+  const Vec3 dp = l.now.momentum + l.eroded_momentum - a.momentum - l.wall_impulse;
+  const Vec3 dj = l.now.angular_momentum + l.eroded_angular_momentum - a.angular_momentum - l.wall_angular_impulse;
+  l.momentum_error = conserved(s.spec.symmetry, dp, false).norm() / std::max(a.momentum_size, 1e-300);
+  l.angular_momentum_error = conserved(s.spec.symmetry, dj, true).norm() / std::max(a.angular_size, 1e-300);
+  if (!std::isfinite(l.energy_error) || std::abs(l.energy_error) > s.spec.energy_tolerance)
+    throw core::GuardError(fmt::format(
+        "energy is not conserved: the ledger is off by {:.3e} of the initial kinetic energy (limit {:.1e}) at step {}, "
+        "t = {:.4g} us; try a smaller run.cfl (now {:g})",
+        l.energy_error, s.spec.energy_tolerance, s.steps, s.time * 1e6, s.spec.cfl));
+}
+
+/// Energy that matter misses below its cold curve, summed [J].
+static double cold_deficit(const Simulation& s) {
+  const auto missing = [&](const core::Points& pt, std::size_t i, std::size_t body) {
+    const auto& material = s.materials[static_cast<std::size_t>(s.mesh.body_material[body])];
+    return pt.m[i] * std::max(0.0, eos::cold_energy(material.eos, pt.rho[i]) - pt.e[i]);
+  };
+  const auto& e = s.mesh.elements;
+  const auto& p = s.particles;
+  return core::sum(fem::block_size * s.mesh.awake_blocks.size(), 0.0,
+                   [&](std::size_t k) {
+                     const std::size_t el = s.mesh.awake_blocks[k / fem::block_size] * fem::block_size + k % fem::block_size;
+                     return e.alive[el] ? missing(e.pt, el, e.body[el]) : 0.0;
+                   }) +
+         core::sum(p.size(), 0.0, [&](std::size_t i) { return missing(p.pt, i, p.body[i]); });
+}
+
+void check_health(const Simulation& s) {
+  const double kinetic = s.ledger.initial.kinetic;
+  if (kinetic <= 0) return;
+  const double deficit = cold_deficit(s);
+  constexpr double most = 0.02;
+  if (!(deficit <= most * kinetic))
+    throw core::GuardError(fmt::format(
+        "internal energy lies {:.3e} J below the cold curve, {:.2g} of the initial kinetic energy (limit {:g}), at step {}, "
+        "t = {:.4g} us: energy is being drawn from matter that has none; try a smaller run.cfl or convert.jacobian_ratio",
+        deficit, deficit / kinetic, most, s.steps, s.time * 1e6));
+  const double grown = s.ledger.now.kinetic + s.ledger.eroded_kinetic - s.ledger.initial.kinetic -
+                       std::max(0.0, s.ledger.initial.internal);
+  if (!(grown <= most * kinetic))
+    throw core::GuardError(fmt::format(
+        "kinetic energy has grown by {:.2g} of its initial value (limit {:g}) without a source, at step {}, t = {:.4g} us; "
+        "try a smaller run.cfl (now {:g})",
+        grown / kinetic, most, s.steps, s.time * 1e6, s.spec.cfl));
+}
+
+}  // namespace app

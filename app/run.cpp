@@ -1,0 +1,256 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/run.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+
+#include "app/checkpoint.hpp"
+#include "app/setup.hpp"
+#include "app/snapshot.hpp"
+#include "app/summary.hpp"
+#include "core/error.hpp"
+#include "core/isa.hpp"
+#include "core/parallel.hpp"
+#include "io/case_file.hpp"
+#include "io/snapshot.hpp"
+
+namespace app {
+
+namespace fs = std::filesystem;
+
+static std::atomic<bool> interrupted{false};
+extern "C" void note_interrupt(int) { interrupted = true; }
+
+// ------------------------------------------------------------------------------------------------ files of a run
+
+/// A text file that grows line by line; a line that cannot be written stops the run.
+class LineFile {
+ public:
+  LineFile(const std::string& path, bool append) : path_(path), file_(path, append ? std::ios::app : std::ios::trunc) {}
+  void line(const std::string& text) {
+    file_ << text << '\n' << std::flush;
+    if (!file_)
+      throw core::GuardError(path_ + ": cannot be written: no space left on the device? Free some space and resume");
+  }
+
+ private:
+  std::string path_;
+  std::ofstream file_;
+};
+
+static const char* history_head =
+    "time_s,dt_s,limiter,limiter_index,step,kinetic_J,internal_J,hourglass_J,contact_J,conversion_J,eroded_kinetic_J,"
+    "eroded_internal_J,energy_error,momentum_error,elements,elements_awake,particles,leaks";
+
+static std::string history_row(const Simulation& s) {
+  const Ledger& l = s.ledger;
+  return fmt::format("{:.9e},{:.6e},{},{},{},{:.9e},{:.9e},{:.9e},{:.9e},{:.9e},{:.9e},{:.9e},{:.3e},{:.3e},{},{},{},{}",
+                     s.time, s.dt_old, s.limit.kind, s.limit.index, s.steps, l.now.kinetic, l.internal(), l.hourglass,
+                     l.contact, l.conversion, l.eroded_kinetic, l.eroded_internal, l.energy_error, l.momentum_error,
+                     s.mesh.n_alive, std::min(s.mesh.n_alive, s.mesh.awake_blocks.size() * fem::block_size),
+                     s.particles.size(), s.contact.leaks);
+}
+
+/// Drops rows later than `time` from a history that a resumed run continues.
+static void trim_history(const std::string& path, double time) {
+  std::ifstream in(path);
+  std::string kept, line;
+  bool head = true;
+  while (std::getline(in, line)) {
+    if (head || std::strtod(line.c_str(), nullptr) <= time * (1 + 1e-9)) kept += line + "\n";
+    head = false;
+  }
+  in.close();
+  std::ofstream(path, std::ios::trunc) << kept;
+}
+
+// ------------------------------------------------------------------------------------------------ progress
+
+/// A bar with the time to go on a terminal, a line every tenth elsewhere.
+class Progress {
+ public:
+  Progress(double start, double end) : start_(start), end_(end), terminal_(isatty(fileno(stdout))) {}
+  void show(const Simulation& s) {
+    const double part = (s.time - start_) / std::max(end_ - start_, 1e-300), wall = seconds();
+    if (terminal_ ? wall < next_wall_ : part < next_part_) return;
+    next_wall_ = wall + 0.5;
+    while (next_part_ <= part) next_part_ += 0.1;
+    const double left = part > 1e-6 ? wall * (1 - part) / part : 0;
+    const std::string state = fmt::format("t = {:.4g} us  step {}  dt {:.3g} ns  {} elements  {} particles", s.time * 1e6,
+                                          s.steps, s.dt * 1e9, s.mesh.n_alive, s.particles.size());
+    if (terminal_) {
+      constexpr int width = 30;
+      const int full = static_cast<int>(std::lround(part * width));
+      fmt::print("\r[{:-<{}}] {:5.1f} %  ETA {:4.0f} s  {}   ", std::string(static_cast<std::size_t>(full), '#'), width,
+                 100 * part, left, state);
+    } else {
+      fmt::print("{:5.1f} %  {}  {:.0f} s gone, {:.0f} s to go\n", 100 * part, state, wall, left);
+    }
+    std::fflush(stdout);
+  }
+  void end() const {
+    if (terminal_) fmt::print("\n");
+  }
+  double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count(); }
+
+ private:
+  double start_, end_;
+  bool terminal_;
+  double next_wall_ = 0, next_part_ = 0;
+  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+};
+
+// ------------------------------------------------------------------------------------------------ the loop
+
+struct Output {
+  std::string dir;
+  double every, history_every, checkpoint_every;
+  io::SnapshotWriter snapshots;
+  LineFile history, log;
+};
+
+/// First multiple of `every` beyond the time.
+static double next_multiple(double time, double every) { return every * (std::floor(time / every * (1 + 1e-12) + 1e-9) + 1); }
+
+static void advance_to_end(Simulation& s, Output& out) {
+  Progress progress(s.time, s.spec.end);
+  double last_checkpoint = 0, next_history = next_multiple(s.time, out.history_every);
+  while (s.time < s.spec.end * (1 - 1e-12)) {
+    if (interrupted) return progress.end();
+    const double next_output = next_multiple(s.time, out.every);
+    choose_step(s, std::min(next_output, s.spec.end));
+    step(s);
+    if (s.steps % 10 == 0) freeze_clouds(s);
+    progress.show(s);
+    if (s.time >= next_history * (1 - 1e-12)) {
+      out.history.line(history_row(s));
+      next_history = next_multiple(s.time, out.history_every);
+    }
+    if (s.time >= next_output * (1 - 1e-9)) out.snapshots.append(take_snapshot(s));
+    if (progress.seconds() - last_checkpoint > out.checkpoint_every) {
+      write_checkpoint(s, out.dir + "/checkpoint.h5");
+      last_checkpoint = progress.seconds();
+    }
+  }
+  progress.end();
+}
+
+/// Runs to the end or to what stops it, saves the state, reports. Returns the exit code.
+static int conclude(Simulation& s, Output& out, double wall_before) {
+  const auto begin_time = std::chrono::steady_clock::now();
+  std::signal(SIGINT, note_interrupt);
+  std::signal(SIGTERM, note_interrupt);
+  RunInfo info;
+  int code = 0;
+  try {
+    advance_to_end(s, out);
+    info.completed = s.time >= s.spec.end * (1 - 1e-12);
+    info.stop_reason = info.completed ? "end time" : "interrupted";
+    code = info.completed ? 0 : 130;
+  } catch (const core::GuardError& e) {
+    info.stop_reason = e.what();
+    code = 3;
+    fmt::print(stderr, "\nstopped: {}\n", e.what());
+  }
+  info.wall_seconds = wall_before + std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_time).count();
+  info.cpu_seconds = cpu_seconds();
+  // The state first, then what is derived from it; a disk that is full may refuse any of them.
+  try {
+    write_checkpoint(s, out.dir + "/checkpoint.h5");
+    const auto snapshot = take_snapshot(s);
+    if (std::isfinite(s.ledger.energy_error)) out.snapshots.append(snapshot);
+    out.history.line(history_row(s));
+    const auto result = measure_snapshot(snapshot, scene_now(s), s.frozen);
+    write_summary(out.dir, s, result, info);
+    write_fragments(out.dir, result);
+    const std::string report = measurement_table(s.spec, result) + ledger_table(s);
+    out.log.line(report);
+    fmt::print("\n{}", report);
+  } catch (const core::GuardError& e) {
+    fmt::print(stderr, "{}\n", e.what());
+    code = 3;
+  }
+  const std::string last = fmt::format("{} at t = {:.6g} us after {} steps, {:.1f} s", info.stop_reason, s.time * 1e6,
+                                       s.steps, info.wall_seconds);
+  fmt::print("{}\n", last);
+  if (code == 130) fmt::print("go on with: ejecta resume {}\n", out.dir);
+  return code;
+}
+
+static Output open_output(const Simulation& s, const std::string& dir, bool go_on) {
+  const io::Case& c = s.spec;
+  const double history = c.history_every > 0 ? c.history_every : c.end / 1000;
+  return {dir,
+          c.every > 0 ? c.every : c.end / 20,
+          history,
+          c.checkpoint_every > 0 ? c.checkpoint_every : 600,
+          go_on ? io::SnapshotWriter::reopen(dir, s.time) : io::SnapshotWriter(dir),
+          LineFile(dir + "/history.csv", go_on),
+          LineFile(dir + "/log.txt", go_on)};
+}
+
+int run(const io::Case& spec, const std::string& dir, bool force) {
+  if (fs::exists(dir) && !force && !(fs::is_directory(dir) && fs::is_empty(dir)))
+    throw core::CaseError(fmt::format("{}: exists already and is not overwritten; give another --out, or --force", dir));
+  auto s = set_up(spec);
+  std::error_code error;
+  fs::create_directories(dir, error);
+  if (error) throw core::CaseError(fmt::format("{}: the output folder cannot be made: {}", dir, error.message()));
+  for (const char* name : {"summary.json", "checkpoint.h5", "fragments.csv"}) fs::remove(fs::path(dir) / name, error);
+  begin(*s);
+  Output out = open_output(*s, dir, false);
+  std::ofstream(dir + "/case.toml") << io::write_case(s->spec);
+  out.history.line(history_head);
+  out.log.line(fmt::format("{}\nmode {}, {} elements in {} bodies, symmetry 1/{}, {} threads, kernels for {}", spec.title,
+                           io::to_string(spec.mode), s->n_elements_initial, spec.bodies.size(), s->spec.symmetry.copies(),
+                           core::threads(), core::isa_name()));
+  fmt::print("{}: {} elements, {} particles, mode {}, end {:.4g} us\n", spec.title, s->mesh.n_alive, s->particles.size(),
+             io::to_string(spec.mode), spec.end * 1e6);
+  out.history.line(history_row(*s));
+  out.snapshots.append(take_snapshot(*s));
+  return conclude(*s, out, 0);
+}
+
+int resume(const std::string& dir) {
+  const std::string checkpoint = dir + "/checkpoint.h5";
+  if (!fs::exists(checkpoint))
+    throw core::CaseError(fmt::format("{}: holds no checkpoint.h5 to go on from; start with: ejecta run CASE --out {}", dir, dir));
+  auto s = set_up(io::read_case(dir + "/case.toml"));
+  begin(*s);
+  read_checkpoint(*s, checkpoint);
+  account(*s);
+  if (s->time >= s->spec.end * (1 - 1e-12)) {
+    fmt::print("{}: the run has reached its end time already\n", dir);
+    return 0;
+  }
+  trim_history(dir + "/history.csv", s->time);
+  Output out = open_output(*s, dir, true);
+  out.log.line(fmt::format("resumed at t = {:.6g} us, step {}", s->time * 1e6, s->steps));
+  fmt::print("{}: going on at t = {:.4g} us, step {}\n", s->spec.title, s->time * 1e6, s->steps);
+  double before = 0;
+  for (const double t : s->work.seconds) before += t;
+  return conclude(*s, out, before);
+}
+
+std::string measure_again(const std::string& dir) {
+  if (!fs::exists(dir + "/run.h5")) throw core::CaseError(fmt::format("{}: holds no run.h5 to measure", dir));
+  const auto s = set_up(io::read_case(dir + "/case.toml"));
+  const auto snapshot = io::read_snapshot(dir);
+  measure::Scene scene = s->scene;
+  const auto frozen = recall(snapshot, scene);
+  const auto result = measure_snapshot(snapshot, scene, frozen);
+  rewrite_measurements(dir, s->spec, result);
+  write_fragments(dir, result);
+  return measurement_table(s->spec, result);
+}
+
+}  // namespace app

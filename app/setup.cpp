@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/setup.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+
+#include "app/body_mesh.hpp"
+#include "core/error.hpp"
+#include "eos/hugoniot.hpp"
+#include "fem/hex8.hpp"
+
+namespace app {
+
+using core::Vec3;
+
+// ------------------------------------------------------------------------------------------------ symmetry
+
+/// Is this body its own mirror image about the plane through the origin with normal along `axis`?
+static bool symmetric(const io::BodySpec& b, int axis) {
+  if (b.shape == io::Shape::mesh) return false;
+  if (b.center[axis] != 0 || b.velocity[axis] != 0 || b.normal[axis] != 0) return false;
+  // a spin is an axial vector: only its component along the plane's normal survives the mirror
+  return b.spin[(axis + 1) % 3] == 0 && b.spin[(axis + 2) % 3] == 0;
+}
+
+static bool symmetric(const io::RigidWall& w, int axis) { return w.normal[axis] == 0; }
+
+core::Symmetry find_symmetry(const io::Case& spec) {
+  core::Symmetry s = spec.symmetry;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto& bodies = spec.bodies;
+    const bool all = std::all_of(bodies.begin(), bodies.end(), [&](const auto& b) { return symmetric(b, axis); }) &&
+                     std::all_of(spec.walls.begin(), spec.walls.end(), [&](const auto& w) { return symmetric(w, axis); });
+    const auto k = static_cast<std::size_t>(axis);
+    if (spec.symmetry_auto)
+      s.plane[k] = all && axis < 2;  // about z only where a case asks: the line of flight is along it
+    else if (s.plane[k] && !all)
+      throw core::CaseError(fmt::format(
+          "{}: run.symmetry names \"{}\", but the scene is not its own mirror image about that plane: every body must have "
+          "center, velocity and normal in it; use symmetry = \"auto\" or \"none\"",
+          spec.file, "xyz"[axis]));
+  }
+  return s;
+}
+
+// ------------------------------------------------------------------------------------------------ scene
+
+static measure::Scene make_scene(const io::Case& spec, const std::vector<PlacedBody>& placed) {
+  measure::Scene scene;
+  scene.symmetry = spec.symmetry;
+  scene.projectile = projectile_of(spec);
+  const auto& shot = spec.bodies[static_cast<std::size_t>(scene.projectile)];
+  scene.impact_velocity = shot.velocity;
+  scene.projectile_size = smallest_extent(shot);
+  for (std::size_t b = 0; b < spec.bodies.size(); ++b) {
+    const auto& body = spec.bodies[b];
+    const auto& material = spec.materials.at(body.material);
+    measure::BodyScene k;
+    k.name = body.name;
+    k.is_projectile = static_cast<int>(b) == scene.projectile;
+    k.is_plate = !k.is_projectile && (body.shape == io::Shape::plate || body.shape == io::Shape::box) && body.velocity.isZero(0);
+    k.center = body.center;
+    k.normal = body.normal.normalized();
+    k.extent = body.shape == io::Shape::cylinder ? Vec3(body.diameter, body.diameter, body.length)
+               : body.shape == io::Shape::sphere ? Vec3::Constant(body.diameter)
+                                                 : body.size;
+    k.thickness = k.extent[2];
+    k.rho_0 = material.rho_0;
+    k.e_melt = material.e_melt, k.e_melted = material.e_melted;
+    k.e_vapour = material.e_vapour, k.e_vaporised = material.e_vaporised;
+    scene.bodies.push_back(k);
+  }
+  scene.plates = plates_in_order(spec);
+  if (!scene.plates.empty()) {
+    const auto& first = scene.bodies[static_cast<std::size_t>(scene.plates[0])];
+    scene.aim = where_struck(spec, static_cast<std::size_t>(scene.plates[0]));
+    scene.element_size = placed[static_cast<std::size_t>(scene.plates[0])].element_size;
+    const auto& a = spec.materials.at(shot.material);
+    const auto& b = spec.materials.at(spec.bodies[static_cast<std::size_t>(scene.plates[0])].material);
+    const double closing = std::abs(shot.velocity.dot(first.normal));
+    if (closing > 0) scene.peak_pressure_axis_hugoniot = eos::impact_pressure(a.eos, a.rho_0, b.eos, b.rho_0, closing);
+  }
+  return scene;
+}
+
+// ------------------------------------------------------------------------------------------------ state
+
+/// Holds the nodes on symmetry planes in their plane.
+static void hold_symmetry(const core::Symmetry& symmetry, fem::Nodes& nodes) {
+  double size = 0;
+  for (const Vec3& x : nodes.x) size = std::max(size, x.cwiseAbs().maxCoeff());
+  for (std::size_t nd = 0; nd < nodes.size(); ++nd)
+    for (int d = 0; d < 3; ++d)
+      if (symmetry.plane[static_cast<std::size_t>(d)] && std::abs(nodes.x[nd][d]) < 1e-12 * size) {
+        nodes.x[nd][d] = 0;
+        nodes.v[nd][d] = 0;
+        nodes.fixed[nd] = static_cast<std::uint8_t>(nodes.fixed[nd] | 1 << d);
+      }
+}
+
+static void start_moving(const io::BodySpec& body, core::Range nodes, fem::Nodes& n) {
+  for (std::size_t nd = nodes.first; nd < nodes.last; ++nd) {
+    n.v[nd] = body.velocity + body.spin.cross(n.x[nd] - body.center);
+    n.v_mean[nd] = n.v[nd];
+  }
+}
+
+/// Elements built within one element of the line of flight: where the pressure on the axis is read.
+static void mark_axis(Simulation& s) {
+  s.on_axis.assign(s.mesh.elements.size(), 0);
+  if (s.scene.impact_velocity.isZero(0)) return;
+  const Vec3 along = s.scene.impact_velocity.normalized();
+  const double reach = s.scene.element_size > 0 ? s.scene.element_size : s.scene.projectile_size / s.spec.elements_across;
+  for (std::size_t el = 0; el < s.mesh.elements.size(); ++el) {
+    const Vec3 d = fem::centre(s.mesh, el, s.mesh.nodes.x) - s.scene.aim;
+    s.on_axis[el] = (d - d.dot(along) * along).norm() <= reach;
+  }
+}
+
+static void choose_settings(Simulation& s) {
+  const io::Case& c = s.spec;
+  auto& e = s.element_settings;
+  if (c.viscosity_linear >= 0) e.viscosity_linear = c.viscosity_linear;
+  if (c.viscosity_quadratic >= 0) e.viscosity_quadratic = c.viscosity_quadratic;
+  e.hourglass_stiffness = c.hourglass == "stiffness";
+  e.hourglass = c.hourglass_coefficient >= 0 ? c.hourglass_coefficient : e.hourglass_stiffness ? 0.05 : 0.1;
+  if (e.hourglass_stiffness) s.mesh.elements.hourglass.assign(s.mesh.elements.size() * 12, 0.0);
+
+  auto& k = s.criteria;
+  for (const auto& name : c.criteria) {
+    k.use_deformation |= name == "deformation";
+    k.use_jacobian |= name == "jacobian";
+    k.use_plastic_strain |= name == "plastic_strain";
+    k.use_timestep |= name == "timestep";
+    k.use_damage |= name == "damage";
+  }
+  k.deformation = c.deformation, k.jacobian_ratio = c.jacobian_ratio, k.min_angle = c.min_angle;
+  k.plastic_strain = c.plastic_strain, k.timestep_ratio = c.timestep_ratio, k.damage = c.damage;
+  // Matter that has expanded this far is a spray and not a solid; as an element it would reach a kernel's sums too thin.
+  k.expansion = c.mode == io::Mode::hybrid ? 0.8 : 0.0;
+
+  s.contact_settings = {c.contact, c.friction};
+  s.bond.hold = c.bond;
+  double speed = 0;
+  for (const auto& b : c.bodies) speed = std::max(speed, b.velocity.norm());
+  constexpr double default_sleep = 1e-10;  // of the impact speed
+  s.sleep_threshold = c.sleep == -1 ? default_sleep * speed : c.sleep == -2 ? -1.0 : c.sleep;
+  for (const auto& w : c.walls) {
+    s.walls.push_back({w.point, w.normal.normalized()});
+    s.hood.mirrors.push_back({w.point, w.normal.normalized(), true});
+  }
+  for (int d = 0; d < 3; ++d)
+    if (c.symmetry.plane[static_cast<std::size_t>(d)]) s.hood.mirrors.push_back({Vec3::Zero(), Vec3::Unit(d), false});
+}
+
+static double available_memory() {
+  std::ifstream f("/proc/meminfo");
+  std::string key;
+  double kib = 0;
+  for (std::string unit; f >> key >> kib; std::getline(f, unit))
+    if (key == "MemAvailable:") return kib * 1024;
+  return 1e300;
+}
+
+constexpr double bytes_per_element = 700, bytes_per_particle = 3000;
+
+Estimate estimate(const io::Case& given) {
+  io::Case spec = given;
+  spec.symmetry = find_symmetry(spec);
+  Estimate r;
+  for (const auto& b : place_bodies(spec)) {
+    const double count = b.count;
+    r.bodies.push_back({b.spec->name, static_cast<std::size_t>(count), b.element_size});
+    r.elements += static_cast<std::size_t>(count);
+  }
+  r.bytes = static_cast<double>(r.elements) * bytes_per_element;
+  if (spec.mode == io::Mode::sph) r.bytes += static_cast<double>(r.elements) * std::pow(spec.particles_per_edge, 3) * bytes_per_particle;
+  r.available = available_memory();
+  return r;
+}
+
+std::unique_ptr<Simulation> set_up(const io::Case& given) {
+  auto s = std::make_unique<Simulation>();
+  s->spec = given;
+  io::Case& spec = s->spec;
+  spec.symmetry = find_symmetry(spec);
+  spec.symmetry_auto = false;
+  const Estimate cost = estimate(spec);
+  if (cost.bytes > cost.available)
+    throw core::CaseError(fmt::format(
+        "{}: run.fidelity = \"{}\" ({} elements across) gives {} elements, which need about {:.1f} GiB; this machine has "
+        "{:.1f} GiB free. A coarser fidelity (draft, standard, fine, reference) or a smaller fine_radius would fit",
+        spec.file, spec.fidelity, spec.elements_across, cost.elements, cost.bytes / (1 << 30), cost.available / (1 << 30)));
+  auto placed = place_bodies(spec);
+  check_overlap(spec);
+  for (auto& b : placed) {
+    const auto& material = spec.materials.at(b.spec->material);
+    s->materials.push_back(material);
+    s->rho_0.push_back(material.rho_0);
+    fem::add_body(s->mesh, b.make(), static_cast<int>(s->materials.size()) - 1, material.rho_0);
+    start_moving(*b.spec, s->mesh.body_nodes.back(), s->mesh.nodes);
+  }
+  fem::finish(s->mesh);
+  hold_symmetry(spec.symmetry, s->mesh.nodes);
+  s->scene = make_scene(spec, placed);
+  for (std::size_t b = 0; b < placed.size(); ++b) {
+    auto& e = s->mesh.elements;
+    const auto& material = s->materials[b];
+    for (std::size_t el = s->mesh.body_elements[b].first; el < s->mesh.body_elements[b].last; ++el) {
+      const auto state = eos::state(material.eos, material.rho_0, 0.0);
+      e.pt.T[el] = state.temperature;
+      e.pt.p[el] = 0;
+      e.pt.c[el] = std::sqrt(state.c2 + 4.0 / 3.0 * material::shear_modulus(material.strength) / material.rho_0);
+      s->scene.bodies[b].initial_mass += e.pt.m[el] * spec.symmetry.copies();
+    }
+  }
+  choose_settings(*s);
+  mark_axis(*s);
+  return s;
+}
+
+}  // namespace app

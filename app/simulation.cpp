@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: Apache-2.0
+// One step. Positions and stress are known at n, velocities at n - 1/2; central difference. Each stage is one call, always
+// made; a stage with nothing to do returns at once. Forces do their work with the mean of the velocities before and after
+// the kick, and that work is exactly what internal energy gains (Caramana et al. 1998), so the ledger closes to round-off.
+#include "app/simulation.hpp"
+
+#include <chrono>
+
+#include "core/parallel.hpp"
+#include "coupling/convert.hpp"
+#include "fem/elements.hpp"
+#include "sph/particle_update.hpp"
+
+namespace app {
+
+/// Adds the time since the last mark to a stage.
+class StageClock {
+ public:
+  explicit StageClock(Work& work) : work_(work), last_(Clock::now()) {}
+  void mark(Stage stage) {
+    const auto now = Clock::now();
+    work_.seconds[static_cast<std::size_t>(stage)] += std::chrono::duration<double>(now - last_).count();
+    last_ = now;
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  Work& work_;
+  Clock::time_point last_;
+};
+
+/// 0: neighbour lists, gradient corrections and stress of everything the pair sums touch.
+static void find_neighbours(Simulation& s) {
+  if (s.particles.size() == 0) return;
+  auto& hood = s.hood;
+  coupling::update_centres(s.mesh, s.bond);
+  const bool rebuild = !sph::still_valid(hood, s.particles.x, s.bond.x);
+  if (rebuild) {
+    coupling::find_elements(s.mesh, s.particles, s.bond);
+    hood.n_particles = s.particles.size();
+    hood.n_foreign = s.bond.elements.size();
+    hood.actors.resize(hood.n_particles + hood.n_foreign);
+  }
+  sph::fill_actors(s.particles, s.rho_0, hood);
+  coupling::fill_foreign(s.mesh, s.bond, hood);
+  if (rebuild)
+    sph::build(hood);
+  else
+    sph::reflect_images(hood);
+  sph::correct_gradients(s.particles, s.particle_settings, hood, s.correction);
+  sph::reflect_images(hood);
+}
+
+/// 1: forces of particles on each other and on the elements they are bonded to.
+static void add_pair_forces(Simulation& s) {
+  std::fill(s.mesh.nodes.f.begin(), s.mesh.nodes.f.end(), core::Vec3::Zero());
+  if (s.particles.size() == 0) return;
+  sph::add_pair_forces(s.particle_settings, s.hood, s.particles);
+  coupling::add_reaction(s.hood, s.bond, s.mesh);
+  s.work.pair_updates += sph::n_pairs(s.hood);
+}
+
+/// 4: the pairs' work, and the velocity gradient of the particles.
+static void add_pair_work(Simulation& s, const fem::StepTimes& times) {
+  if (s.particles.size() == 0) return;
+  core::for_each(s.particles.size(), [&](std::size_t i) {
+    s.hood.actors[i].v_new = s.particles.v[i];
+    s.hood.actors[i].v_mean = s.particles.v_mean[i];
+  });
+  coupling::fill_foreign_velocities(s.mesh, s.bond, s.hood);
+  sph::reflect_velocities(s.hood);
+  sph::pair_work(s.particle_settings, times.kick, times.drift, s.correction, s.hood, s.particles, s.velocity_gradient);
+  coupling::add_heat(s.hood, s.bond, s.mesh);
+}
+
+/// 7: elements past the criteria become particles or go.
+static void remove_distorted(Simulation& s) {
+  if (s.spec.mode != io::Mode::hybrid && s.spec.mode != io::Mode::erosion) return;
+  const auto flagged = fem::flag_elements(s.mesh, s.criteria, s.rho_0);
+  if (flagged.empty()) return;
+  if (s.spec.mode == io::Mode::hybrid) {
+    const auto r = coupling::convert_elements(s.mesh, s.particles, flagged, s.spec.particles_per_edge);
+    s.ledger.conversion += r.conversion;
+    s.n_converted += flagged.size();
+  } else {
+    for (const auto el : flagged) {
+      s.peak_removed = std::max(s.peak_removed, s.mesh.elements.pt.p_max[el]);
+      if (s.on_axis[el]) s.peak_removed_axis = std::max(s.peak_removed_axis, s.mesh.elements.pt.p_max[el]);
+    }
+    const auto r = coupling::erode_elements(s.mesh, flagged, s.spec.keep_nodes);
+    s.ledger.eroded_kinetic += r.eroded_kinetic;
+    s.ledger.eroded_internal += r.eroded_internal;
+    s.ledger.eroded_mass += r.eroded_mass;
+    s.ledger.eroded_momentum += r.eroded_momentum;
+    s.ledger.eroded_angular_momentum += r.eroded_angular_momentum;
+    s.n_eroded += flagged.size();
+  }
+  fem::drop_dead_blocks(s.mesh);
+  coupling::invalidate(s.contact);
+  s.hood.valid = false;
+}
+
+void step(Simulation& s) {
+  const fem::StepTimes times{0.5 * (s.dt_old + s.dt), s.dt};
+  StageClock clock(s.work);
+
+  find_neighbours(s);                                                                    // 0                        n
+  clock.mark(Stage::search);
+  add_pair_forces(s);                                                                    // 1                        n
+  clock.mark(Stage::pair_forces);
+  fem::kick_nodes(s.mesh, times.kick);                                                   // 2  v                 n+1/2
+  sph::kick_particles(s.particles, times.kick);
+  clock.mark(Stage::kick);
+  coupling::resolve_contact(s.mesh, s.particles, s.walls, s.contact_settings, s.time, s.dt, s.contact);  // 3 v  n+1/2
+  fem::wake_moving(s.mesh, s.sleep_threshold);
+  clock.mark(Stage::contact);
+  add_pair_work(s, times);                                                               // 4  e, grad v         n+1/2
+  clock.mark(Stage::pair_work);
+  fem::drift_nodes(s.mesh, s.dt);                                                        // 5  x                   n+1
+  sph::drift_particles(s.particles, s.dt);
+  clock.mark(Stage::drift);
+  s.ledger.hourglass +=                                                                  // 6  stress, forces      n+1
+      fem::update_awake_elements(s.mesh, s.materials, s.element_settings, times).hourglass;
+  clock.mark(Stage::elements);
+  sph::update_particles(s.particles, s.materials, s.mesh.body_material, s.velocity_gradient, s.dt);
+  clock.mark(Stage::particles);
+  s.time += s.dt;
+  s.dt_old = s.dt;
+  ++s.steps;
+  s.work.element_updates += fem::n_awake(s.mesh);
+  s.work.element_updates_asleep += s.mesh.n_alive - std::min(s.mesh.n_alive, fem::n_awake(s.mesh));
+  s.work.particle_updates += s.particles.size();
+  remove_distorted(s);                                                                   // 7                      n+1
+  clock.mark(Stage::convert);
+  app::account(s);                                                                       // 8                      n+1
+  if (s.steps % 50 == 0) check_health(s);
+  clock.mark(Stage::account);
+}
+
+void choose_step(Simulation& s, double stop) {
+  const auto el = fem::stable_step(s.mesh);
+  const auto pt = core::min_where(s.particles.size(), [&](std::size_t i) { return s.particles.dt[i]; });
+  s.limit = el.value <= pt.value ? StepLimit{"element", el.index, el.value} : StepLimit{"particle", pt.index, pt.value};
+  double dt = s.spec.cfl * s.limit.value;
+  constexpr double growth = 1.1;
+  if (s.dt_old > 0 && dt > growth * s.dt_old) {
+    dt = growth * s.dt_old;
+    s.limit.kind = "growth";
+  }
+  // The last two steps before a stop share what is left, so that no step is a sliver.
+  const double left = stop - s.time;
+  if (dt >= left) {
+    dt = left;
+    s.limit.kind = "output";
+  } else if (2 * dt > left) {
+    dt = 0.5 * left;
+    s.limit.kind = "output";
+  }
+  s.dt = dt;
+}
+
+void begin(Simulation& s) {
+  // A step of no length: densities, sound speeds and stable steps from the one routine that all later steps use.
+  fem::update_awake_elements(s.mesh, s.materials, s.element_settings, {0.0, 1e-18});
+  s.mesh.elements.dt_0 = s.mesh.elements.dt;
+  std::fill(s.mesh.elements.deformation.begin(), s.mesh.elements.deformation.end(), 0.0);
+  if (s.criteria.use_jacobian && s.spec.mode != io::Mode::fem) fem::store_initial_shape(s.mesh);
+  s.n_elements_initial = s.mesh.n_alive;
+  if (s.spec.mode == io::Mode::sph) {
+    std::vector<std::uint32_t> all;
+    for (std::uint32_t el = 0; el < s.mesh.elements.size(); ++el)
+      if (s.mesh.elements.alive[el]) all.push_back(el);
+    coupling::convert_elements(s.mesh, s.particles, all, s.spec.particles_per_edge);
+    fem::drop_dead_blocks(s.mesh);
+  }
+  if (s.sleep_threshold >= 0) fem::sleep_resting(s.mesh);
+  s.ledger.initial = totals(s);
+  account(s);
+}
+
+}  // namespace app

@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/snapshot.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace app {
+
+using core::Vec3;
+
+static const std::string frozen_prefix = "frozen:";
+static std::string impulse_name(const std::string& body, int d) { return std::string("impulse_") + "xyz"[d] + ":" + body; }
+
+static std::vector<std::size_t> alive_rows(const fem::Elements& e) {
+  std::vector<std::size_t> rows;
+  for (std::size_t el = 0; el < e.size(); ++el)
+    if (e.alive[el]) rows.push_back(el);
+  return rows;
+}
+
+/// A field of the material points, elements and particles alike.
+static io::Snapshot::Field point_field(const std::string& name, const std::vector<std::size_t>& rows,
+                                       const std::vector<double>& element, const std::vector<double>& particle) {
+  io::Snapshot::Field f{name, {}, particle};
+  f.element.reserve(rows.size());
+  for (const auto el : rows) f.element.push_back(element[el]);
+  return f;
+}
+
+io::Snapshot take_snapshot(const Simulation& s) {
+  const auto& e = s.mesh.elements;
+  const auto& p = s.particles;
+  const auto rows = alive_rows(e);
+  io::Snapshot r;
+  r.time = s.time;
+  r.step = s.steps;
+  r.node_x = s.mesh.nodes.x;
+  r.node_v = s.mesh.nodes.v;
+  for (const auto el : rows) r.element_node.push_back(e.node[el]);
+  r.particle_x = p.x;
+  r.particle_v = p.v;
+  const auto add = [&](const char* name, const std::vector<double>& a, const std::vector<double>& b) {
+    r.fields.push_back(point_field(name, rows, a, b));
+  };
+  add("mass", e.pt.m, p.pt.m);
+  add("density", e.pt.rho, p.pt.rho);
+  add("pressure", e.pt.p, p.pt.p);
+  add("internal_energy", e.pt.e, p.pt.e);
+  add("temperature", e.pt.T, p.pt.T);
+  add("plastic_strain", e.pt.eps_p, p.pt.eps_p);
+  add("damage", e.pt.damage, p.pt.damage);
+  add("peak_pressure", e.pt.p_max, p.pt.p_max);
+  io::Snapshot::Field speed{"speed", {}, {}}, body{"body", {}, {}}, size{"size", {}, {}}, id{"id", {}, {}};
+  for (const auto el : rows) {
+    speed.element.push_back(fem::centre(s.mesh, el, s.mesh.nodes.v).norm());
+    body.element.push_back(e.body[el]);
+    size.element.push_back(std::cbrt(e.pt.m[el] / e.pt.rho[el]));
+    id.element.push_back(static_cast<double>(el));
+  }
+  for (std::size_t i = 0; i < p.size(); ++i) {
+    speed.particle.push_back(p.v[i].norm());
+    body.particle.push_back(p.body[i]);
+    size.particle.push_back(std::cbrt(p.pt.m[i] / p.pt.rho[i]));
+    id.particle.push_back(p.parent[i]);
+  }
+  for (auto* f : {&speed, &body, &size, &id}) r.fields.push_back(*f);
+  const measure::Scene scene = scene_now(s);
+  r.scalars = {{"peak_pressure_axis", scene.peak_pressure_axis}, {"peak_pressure_max", scene.peak_pressure_max}};
+  for (const auto& b : scene.bodies)
+    for (int d = 0; d < 3; ++d) r.scalars.push_back({impulse_name(b.name, d), b.impulse[d]});
+  for (const auto& v : s.frozen) r.scalars.push_back({frozen_prefix + v.key + "|" + v.unit, v.value});
+  return r;
+}
+
+std::vector<measure::Value> recall(const io::Snapshot& snapshot, measure::Scene& scene) {
+  std::vector<measure::Value> frozen;
+  scene.time = snapshot.time;
+  for (const auto& [name, value] : snapshot.scalars) {
+    if (name == "peak_pressure_axis") scene.peak_pressure_axis = value;
+    if (name == "peak_pressure_max") scene.peak_pressure_max = value;
+    for (auto& b : scene.bodies)
+      for (int d = 0; d < 3; ++d)
+        if (name == impulse_name(b.name, d)) b.impulse[d] = value;
+    if (name.rfind(frozen_prefix, 0) == 0) {
+      const auto bar = name.find('|');
+      frozen.push_back({name.substr(frozen_prefix.size(), bar - frozen_prefix.size()), value, name.substr(bar + 1)});
+    }
+  }
+  return frozen;
+}
+
+measure::Result measure_snapshot(const io::Snapshot& snapshot, const measure::Scene& scene,
+                                 const std::vector<measure::Value>& frozen) {
+  measure::Result r = measure::measure(matter_of(snapshot), scene);
+  for (const auto& f : frozen) {
+    const auto same = std::find_if(r.values.begin(), r.values.end(), [&](const auto& v) { return v.key == f.key; });
+    if (same == r.values.end())
+      r.values.push_back(f);
+    else
+      *same = f;
+  }
+  return r;
+}
+
+void freeze_clouds(Simulation& s) {
+  const auto& scene = s.scene;
+  s.cloud_frozen.resize(scene.plates.size(), 0);
+  for (std::size_t k = 0; k + 1 < scene.plates.size(); ++k) {
+    if (s.cloud_frozen[k]) continue;
+    const auto next = static_cast<std::size_t>(scene.plates[k + 1]);
+    const auto& wall = scene.bodies[next];
+    const double side = scene.impact_velocity.dot(wall.normal) < 0 ? 1 : -1;
+    const auto height = [&](const Vec3& x) { return -(side * wall.normal.dot(x - wall.center) - 0.5 * wall.thickness); };
+    double nearest = 1e300;
+    for (std::size_t i = 0; i < s.particles.size(); ++i) nearest = std::min(nearest, -height(s.particles.x[i]));
+    for (std::size_t nd = 0; nd < s.mesh.nodes.size(); ++nd)
+      if (s.mesh.nodes.m[nd] > 0 && s.mesh.nodes.awake[nd] && !s.mesh.body_nodes[next].contains(nd))
+        nearest = std::min(nearest, -height(s.mesh.nodes.x[nd]));
+    if (nearest > 0.25 * scene.projectile_size) continue;
+    s.cloud_frozen[k] = 1;
+    const auto r = measure::measure_cloud(matter_of(take_snapshot(s)), scene_now(s), static_cast<int>(k));
+    s.frozen.insert(s.frozen.end(), r.values.begin(), r.values.end());
+  }
+}
+
+static std::vector<double> joined(const io::Snapshot& s, const char* name) {
+  std::vector<double> a;
+  if (const auto* f = s.find(name)) {
+    a = f->element;
+    a.insert(a.end(), f->particle.begin(), f->particle.end());
+  }
+  return a;
+}
+
+measure::Matter matter_of(const io::Snapshot& s) {
+  measure::Matter m;
+  m.n_elements = s.element_node.size();
+  m.node = s.element_node;
+  m.node_x = s.node_x;
+  for (const auto& corners : s.element_node) {
+    Vec3 x = Vec3::Zero(), v = Vec3::Zero();
+    for (const auto nd : corners) {
+      x += s.node_x[static_cast<std::size_t>(nd)];
+      v += s.node_v[static_cast<std::size_t>(nd)];
+    }
+    m.x.push_back(x / 8);
+    m.v.push_back(v / 8);
+  }
+  m.x.insert(m.x.end(), s.particle_x.begin(), s.particle_x.end());
+  m.v.insert(m.v.end(), s.particle_v.begin(), s.particle_v.end());
+  m.m = joined(s, "mass");
+  m.rho = joined(s, "density");
+  m.p = joined(s, "pressure");
+  m.e = joined(s, "internal_energy");
+  m.T = joined(s, "temperature");
+  m.eps_p = joined(s, "plastic_strain");
+  m.damage = joined(s, "damage");
+  m.size = joined(s, "size");
+  for (const double b : joined(s, "body")) m.body.push_back(static_cast<int>(b));
+  return m;
+}
+
+/// Momentum of what is left of each body's own elements is no measure of its impulse; momentum of all its matter is.
+static void add_impulses(const Simulation& s, measure::Scene& scene) {
+  const auto& e = s.mesh.elements;
+  std::vector<Vec3> momentum(scene.bodies.size(), Vec3::Zero());
+  for (std::size_t el = 0; el < e.size(); ++el)
+    if (e.alive[el]) momentum[e.body[el]] += e.pt.m[el] * fem::centre(s.mesh, el, s.mesh.nodes.v);
+  for (std::size_t i = 0; i < s.particles.size(); ++i)
+    momentum[s.particles.body[i]] += s.particles.pt.m[i] * s.particles.v[i];
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    Vec3 p = momentum[b];
+    for (int d = 0; d < 3; ++d)
+      if (s.spec.symmetry.plane[static_cast<std::size_t>(d)]) p[d] = 0;  // the other half cancels it
+    scene.bodies[b].impulse = p * s.spec.symmetry.copies() - scene.bodies[b].initial_mass * s.spec.bodies[b].velocity;
+  }
+}
+
+measure::Scene scene_now(const Simulation& s) {
+  measure::Scene scene = s.scene;
+  scene.time = s.time;
+  add_impulses(s, scene);
+  double all = s.peak_removed, axis = s.peak_removed_axis;
+  const auto& e = s.mesh.elements;
+  for (std::size_t el = 0; el < e.size(); ++el) {
+    if (!e.alive[el]) continue;
+    all = std::max(all, e.pt.p_max[el]);
+    if (s.on_axis[el]) axis = std::max(axis, e.pt.p_max[el]);
+  }
+  for (std::size_t i = 0; i < s.particles.size(); ++i) {
+    all = std::max(all, s.particles.pt.p_max[i]);
+    if (s.on_axis[s.particles.parent[i]]) axis = std::max(axis, s.particles.pt.p_max[i]);
+  }
+  scene.peak_pressure_axis = axis;
+  scene.peak_pressure_max = all;
+  return scene;
+}
+
+}  // namespace app

@@ -1,0 +1,364 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/octree.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "core/octree_kernel.hpp"
+#include "core/parallel.hpp"
+
+namespace core {
+
+namespace {
+
+constexpr std::size_t leaf_least = 8;      // points of a leaf, the last of a piece aside
+constexpr std::size_t leaf_piece = 4096;               // points whose leaves are cut together
+constexpr std::size_t row_block = 256;                 // rows that are found together
+constexpr std::size_t far_on_curve = 64;
+
+template <class T>
+void grow(std::vector<T>& a, T*& pointer, std::size_t n) {
+  a.resize(n);
+  pointer = a.data();
+}
+
+}  // namespace
+
+OctreeKernels octree_kernels(Isa isa) {
+  switch (isa) {
+    case Isa::avx512: return {avx512::morton_keys, avx512::find_rows};
+    case Isa::avx2: return {avx2::morton_keys, avx2::find_rows};
+    default: return {baseline::morton_keys, baseline::find_rows};
+  }
+}
+
+void Octree::set_isa(Isa isa) { isa_ = std::min(isa, core::isa()); }
+
+void Octree::build(std::span<const Vec3> x) {
+  const std::size_t n = x.size();
+  if (n >= std::numeric_limits<std::uint32_t>::max() - octree_padding)
+    throw std::length_error("octree: " + std::to_string(n) + " points are more than 32-bit indices can tell apart");
+  sort_.sort(x, isa_, order_);
+  rank_.resize(n);
+  for_each(n, [&](std::size_t k) { rank_[order_[k]] = static_cast<std::uint32_t>(k); });
+  for (auto& a : x_) a.resize(n + octree_padding, 0.0);
+  for_each(n, [&](std::size_t k) {
+    const Vec3& p = x[order_[k]];
+    for (int d = 0; d < 3; ++d) x_[d][k] = p[d];
+  });
+  in_order_ = sum(n, std::size_t{0}, [&](std::size_t k) { return std::size_t{order_[k] != k}; }) == 0;
+  jumps_ = sum(n, std::size_t{0}, [&](std::size_t i) {
+    const std::size_t a = rank_[i], b = i + 1 < n ? rank_[i + 1] : a;
+    return std::size_t{(a > b ? a - b : b - a) > far_on_curve};
+  });
+  cut_leaves();
+  box_nodes();
+}
+
+/// Leaves end where the keys of two successive points part at the highest level, so that they are whole cells of the
+/// octree as far as their size allows.
+void Octree::cut_leaves() {
+  const std::span<const std::uint64_t> key = sort_.keys();
+  const std::size_t n = key.size(), n_pieces = (n + leaf_piece - 1) / leaf_piece;
+  std::vector<std::vector<std::uint32_t>> part(n_pieces);
+  for_each_block(n, leaf_piece, [&](std::size_t first, std::size_t last) {
+    auto& starts = part[first / leaf_piece];
+    starts.reserve(leaf_piece / leaf_least + 1);
+    for (std::size_t begin = first; begin < last;) {
+      starts.push_back(static_cast<std::uint32_t>(begin));
+      std::size_t cut = std::min(begin + octree_leaf, last);
+      if (cut < last) {
+        std::uint64_t highest = 0;
+        for (std::size_t k = begin + leaf_least; k <= begin + octree_leaf; ++k)
+          if (const std::uint64_t parting = key[k - 1] ^ key[k]; parting >= highest) {
+            highest = parting;
+            cut = k;
+          }
+      }
+      begin = cut;
+    }
+  });
+  std::vector<std::size_t> start(n_pieces + 1, 0);
+  for (std::size_t p = 0; p < n_pieces; ++p) start[p + 1] = start[p] + part[p].size();
+  leaf_.resize(start.back() + 1);
+  leaf_.back() = static_cast<std::uint32_t>(n);
+  for_each_block(n_pieces, 1, [&](std::size_t p, std::size_t) {
+    std::copy(part[p].begin(), part[p].end(), leaf_.begin() + static_cast<std::ptrdiff_t>(start[p]));
+  });
+}
+
+/// The boxes of the leaves, and level by level those of eight nodes in a row.
+void Octree::box_nodes() {
+  const auto padded = [](std::size_t n) { return (n + octree_fan - 1) / octree_fan * octree_fan; };
+  const std::size_t n_leaves = leaf_.size() - 1;
+  level_.clear();
+  std::size_t n_nodes = 0;
+  for (std::size_t on_level = n_leaves;; on_level = (on_level + octree_fan - 1) / octree_fan) {
+    level_.push_back(n_nodes);
+    n_nodes += std::max(padded(on_level), octree_fan);
+    if (on_level <= octree_fan) break;
+  }
+  constexpr double inf = std::numeric_limits<double>::infinity();
+  for (int d = 0; d < 3; ++d) {
+    box_[d].assign(n_nodes, inf);
+    box_[3 + d].assign(n_nodes, -inf);
+  }
+  for_each(n_leaves, [&](std::size_t l) {
+    for (int d = 0; d < 3; ++d) {
+      double low = inf, high = -inf;
+      for (std::size_t k = leaf_[l]; k < leaf_[l + 1]; ++k) {
+        low = std::min(low, x_[d][k]);
+        high = std::max(high, x_[d][k]);
+      }
+      box_[d][l] = low;
+      box_[3 + d][l] = high;
+    }
+  });
+  for (std::size_t level = 1; level < level_.size(); ++level) {
+    const std::size_t below = level_[level - 1], n_parents = (level_[level] - below) / octree_fan;
+    for_each(n_parents, [&](std::size_t p) {
+      for (int d = 0; d < 3; ++d)
+        for (std::size_t c = below + p * octree_fan; c < below + (p + 1) * octree_fan; ++c) {
+          box_[d][level_[level] + p] = std::min(box_[d][level_[level] + p], box_[d][c]);
+          box_[3 + d][level_[level] + p] = std::max(box_[3 + d][level_[level] + p], box_[3 + d][c]);
+        }
+    });
+  }
+}
+
+OctreeView Octree::view() const {
+  OctreeView v{};
+  v.n = order_.size();
+  for (int d = 0; d < 3; ++d) v.x[d] = x_[d].data();
+  for (int d = 0; d < 6; ++d) v.box[d] = box_[d].data();
+  v.order = order_.data();
+  v.rank = rank_.data();
+  v.in_order = in_order_;
+  v.leaf = leaf_.data();
+  v.level = level_.data();
+  v.n_levels = static_cast<int>(level_.size());
+  return v;
+}
+
+/// For each node, the largest squared radius of its points.
+std::vector<double> Octree::largest_squared_radii(std::span<const double> radius) const {
+  std::vector<double> most(box_[0].size(), 0.0);
+  for_each(leaf_.size() - 1, [&](std::size_t l) {
+    for (std::size_t k = leaf_[l]; k < leaf_[l + 1]; ++k) most[l] = std::max(most[l], radius[k] * radius[k]);
+  });
+  for (std::size_t level = 1; level < level_.size(); ++level) {
+    const std::size_t below = level_[level - 1], n_parents = (level_[level] - below) / octree_fan;
+    for_each(n_parents, [&](std::size_t p) {
+      for (std::size_t c = below + p * octree_fan; c < below + (p + 1) * octree_fan; ++c)
+        most[level_[level] + p] = std::max(most[level_[level] + p], most[c]);
+    });
+  }
+  return most;
+}
+
+void Octree::neighbours(std::span<const double> radius, bool symmetric, Neighbours& result) const {
+  const std::size_t n = order_.size();
+  if (radius.size() != n)
+    throw std::invalid_argument("octree: " + std::to_string(radius.size()) + " radii for " + std::to_string(n) + " points");
+  result.start.resize(n + 1);
+  result.start[0] = 0;
+  if (n == 0) {
+    result.list.clear();
+    return;
+  }
+  constexpr double largest = 1e150;  // its square is finite, and so is the square of any distance that matters
+  std::vector<double> own(n + octree_padding, 0.0);
+  for_each(n, [&](std::size_t k) { own[k] = std::min(radius[order_[k]], largest); });
+  const bool differ = sum(n, std::size_t{0}, [&](std::size_t k) { return std::size_t{own[k] != own[0]}; }) != 0;
+  std::vector<double> node_radius_2;
+  if (symmetric && differ) node_radius_2 = largest_squared_radii(own);
+
+  const OctreeView tree = view();
+  // Where the points are stored nearly along the curve, rows are found by index and are in their place at once.
+  // Otherwise they are found along the curve, twice: to know how long each is, and to put it in its place.
+  const bool along_curve = 4 * jumps_ > n;
+  RowQuery query{own.data(), node_radius_2.empty() ? nullptr : node_radius_2.data(), along_curve, !along_curve};
+  const auto find_rows = octree_kernels(isa_).find_rows;
+
+  // A few blocks for each thread at a time: their rows are still in the cache when they are copied to their place.
+  const std::size_t at_a_time = 4 * static_cast<std::size_t>(threads());
+  std::vector<RowScratch> scratch;
+  for (std::size_t b = 0; b < std::min(at_a_time, (n + row_block - 1) / row_block); ++b) scratch.emplace_back(row_block);
+  const auto rounds = [&](auto&& after_round, auto&& place_rows) {
+    for (std::size_t begin = 0; begin < n; begin += at_a_time * row_block) {
+      const std::size_t end = std::min(n, begin + at_a_time * row_block);
+      for_each_block(end - begin, row_block, [&](std::size_t first, std::size_t last) {
+        find_rows(tree, query, begin + first, begin + last, scratch[first / row_block]);
+      });
+      after_round(begin, end);
+      for_each_block(end - begin, row_block, [&](std::size_t first, std::size_t last) {
+        place_rows(begin + first, begin + last, scratch[first / row_block]);
+      });
+    }
+  };
+  const auto count_of = [&](std::size_t begin, std::size_t k) {
+    return scratch[(k - begin) / row_block].count[(k - begin) % row_block];
+  };
+
+  if (!along_curve && threads() == 1) {
+    result.list.resize(std::max(result.list.size(), result.list.capacity()));
+    RowScratch& s = scratch[0];
+    for (std::size_t begin = 0; begin < n; begin += row_block) {
+      const std::size_t end = std::min(n, begin + row_block);
+      s.store_in(result.list, result.start[begin]);
+      find_rows(tree, query, begin, end, s);
+      for (std::size_t i = begin; i < end; ++i) result.start[i + 1] = result.start[i] + s.count[i - begin];
+    }
+    result.list.resize(result.start[n]);
+    return;
+  }
+  if (!along_curve) {
+    rounds(
+        [&](std::size_t begin, std::size_t end) {
+          std::uint64_t total = result.start[begin];
+          for (std::size_t i = begin; i < end; ++i) result.start[i + 1] = total += count_of(begin, i);
+          if (total <= result.list.size()) return;
+          if (total > result.list.capacity()) {
+            const double whole = static_cast<double>(total) * static_cast<double>(n) / static_cast<double>(end);
+            result.list.reserve(static_cast<std::size_t>(1.1 * whole) + 1024);
+          }
+          result.list.resize(total);
+        },
+        [&](std::size_t first, std::size_t last, const RowScratch& s) {
+          std::copy_n(s.row, result.start[last] - result.start[first], result.list.data() + result.start[first]);
+        });
+    result.list.resize(result.start[n]);
+    return;
+  }
+  rounds([](std::size_t, std::size_t) {},
+         [&](std::size_t first, std::size_t last, const RowScratch& s) {
+           for (std::size_t k = first; k < last; ++k) result.start[order_[k] + 1] = s.count[k - first];
+         });
+  for (std::size_t i = 0; i < n; ++i) result.start[i + 1] += result.start[i];
+  result.list.resize(result.start[n]);
+  query.sorted = true;
+  rounds([](std::size_t, std::size_t) {},
+         [&](std::size_t first, std::size_t last, const RowScratch& s) {
+           const std::uint32_t* row = s.row;
+           for (std::size_t k = first; k < last; ++k) {
+             std::copy_n(row, s.count[k - first], result.list.data() + result.start[order_[k]]);
+             row += s.count[k - first];
+           }
+         });
+}
+
+void Octree::in_box(const Vec3& low, const Vec3& high, std::vector<std::uint32_t>& found) const {
+  const std::size_t before = found.size();
+  const auto outside = [&](std::size_t node) {
+    if (box_[0][node] > box_[3][node]) return true;  // padding
+    for (int d = 0; d < 3; ++d)
+      if (box_[d][node] > high[d] || box_[3 + d][node] < low[d]) return true;
+    return false;
+  };
+  const auto descend = [&](auto&& self, std::size_t level, std::size_t eight) -> void {
+    for (std::size_t c = eight * octree_fan; c < (eight + 1) * octree_fan; ++c) {
+      if (outside(level_[level] + c)) continue;
+      if (level > 0) {
+        self(self, level - 1, c);
+        continue;
+      }
+      for (std::size_t k = leaf_[c]; k < leaf_[c + 1]; ++k) {
+        bool in = true;
+        for (int d = 0; d < 3; ++d) in = in && x_[d][k] >= low[d] && x_[d][k] <= high[d];
+        if (in) found.push_back(order_[k]);
+      }
+    }
+  };
+  if (!order_.empty()) descend(descend, level_.size() - 1, 0);
+  std::sort(found.begin() + static_cast<std::ptrdiff_t>(before), found.end());
+}
+
+RowScratch::RowScratch(std::size_t n_rows) {
+  grow(count_, count, n_rows);
+  grow_candidates(2048);
+  grow_nodes(1024);
+  grow_rows(n_rows * 64);
+}
+
+void RowScratch::grow_candidates(std::size_t n) {
+  candidate_room = (std::max(n, candidate_room + candidate_room / 2) + 15) / 16 * 16;
+  real_.resize(10 * candidate_room);
+  id_.resize(2 * candidate_room);
+  float* next = real_.data();
+  for (Candidates* c : {&party, &group})
+    for (float** part : {&c->x, &c->y, &c->z, &c->high, &c->low}) {
+      *part = next;
+      next += candidate_room;
+    }
+  party.id = id_.data();
+  group.id = id_.data() + candidate_room;
+}
+
+void RowScratch::grow_nodes(std::size_t n) {
+  node_room = std::max(n, 2 * node_room);
+  const bool swapped = node != nullptr && node == leaf_.data();
+  grow(leaf_, leaf, node_room);
+  grow(node_, node, node_room);
+  if (swapped) std::swap(leaf, node);
+}
+
+void RowScratch::grow_rows(std::size_t n) {
+  row_room = std::max(n, row_room + row_room / 2);
+  if (!list_) return grow(row_, row, row_room);
+  list_->resize(list_first_ + row_room);
+  row = list_->data() + list_first_;
+}
+
+void RowScratch::store_in(std::vector<std::uint32_t>& list, std::size_t first) {
+  list_ = &list;
+  list_first_ = first;
+  row = list.data() + first;
+  row_room = list.size() - first;
+}
+
+/// Fills slot_ with 0 ... n - 1 in order of the party's indices. As in octree_sort.cpp: few are out of place as a rule, so
+/// those are picked out (with the one before, which may be the culprit as well), sorted, and merged with the rest.
+void RowScratch::sort_slots(std::size_t n) {
+  const std::uint32_t* const id = party.id;
+  slot_.resize(n);
+  stray_.clear();
+  std::size_t n_kept = 0;
+  for (std::uint32_t k = 0; k < n; ++k) {
+    if (n_kept > 0 && id[k] < id[slot_[n_kept - 1]]) {
+      stray_.push_back(slot_[--n_kept]);
+      stray_.push_back(k);
+    } else {
+      slot_[n_kept++] = k;
+    }
+  }
+  std::sort(stray_.begin(), stray_.end(), [id](std::uint32_t a, std::uint32_t b) { return id[a] < id[b]; });
+  std::size_t to = n;  // from the back, so that nothing is overwritten
+  while (!stray_.empty()) {
+    const std::uint32_t s = stray_.back();
+    while (n_kept > 0 && id[slot_[n_kept - 1]] > id[s]) slot_[--to] = slot_[--n_kept];
+    slot_[--to] = s;
+    stray_.pop_back();
+  }
+}
+
+void RowScratch::sort_party(std::size_t n, bool symmetric) {
+  sort_slots(n);
+  // The group's arrays are free until the party is complete: put the candidates there in order, and swap.
+  const auto permute = [&](const auto* from, auto* to) {
+    for (std::size_t k = 0; k < n; ++k) to[k] = from[slot_[k]];
+  };
+  permute(party.x, group.x);
+  permute(party.y, group.y);
+  permute(party.z, group.z);
+  permute(party.id, group.id);
+  if (symmetric) {
+    permute(party.high, group.high);
+    permute(party.low, group.low);
+  }
+  std::swap(party, group);
+}
+
+}  // namespace core

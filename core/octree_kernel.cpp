@@ -1,0 +1,538 @@
+// SPDX-License-Identifier: Apache-2.0
+// Neighbour rows from the octree, compiled once for each instruction set.
+//
+// Points that follow one another and lie close together form a party, and within it smaller groups. The tree is descended
+// once a party: the points of leaves within reach of the party's box are thinned out against that box and packed side by side; once more for each group; and every row of the group then passes over its packed candidates,
+// a register of floats at a time, and stores those within its radius with a compress-store.
+//
+// The answer is the one of double arithmetic, bit for bit, though the passes run in float:
+// - Boxes. Rounding is monotone, so the gap between two boxes, summed up like the distance of two points, is never
+//   greater than the computed distance of any two points in them.
+// - Distances. Candidates are taken relative to the party's centre c and divided by a power of two s > M, M the greatest
+//   of |x - c| that can matter. With u = 2^-24 each coordinate is then off by at most u, each difference by e = 4u, and
+//   d^2 by 2 sqrt(3) e d + 3 e^2 + 4 u d^2. Where |d^2 - r^2| is below band(r) = 16 u r + 8 u r^2 + 64 u^2, which
+//   exceeds that for d near r, the pair is decided in double.
+#include "core/octree_kernel.hpp"
+
+#include <cmath>
+#ifdef __SSE2__
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic ignored "-Wuninitialized"  // g++ 12 on its own AVX-512 header (GCC bug 105593)
+#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
+#endif
+#include <immintrin.h>
+#endif
+
+namespace core::EJECTA_ISA {
+namespace {
+
+using Bits = unsigned;  // one a lane
+
+// The few vector operations needed: `lanes` floats or 32-bit integers, `real_lanes` doubles.
+#if defined(__AVX512F__)
+constexpr int lanes = 16, real_lanes = 8;
+using Floats = __m512;
+using Ints = __m512i;
+using Reals = __m512d;
+inline Floats load(const float* a) { return _mm512_loadu_ps(a); }
+inline Ints load(const std::uint32_t* a) { return _mm512_loadu_si512(a); }
+inline Reals load(const double* a) { return _mm512_loadu_pd(a); }
+inline Floats all(float a) { return _mm512_set1_ps(a); }
+inline Ints all(std::uint32_t a) { return _mm512_set1_epi32(static_cast<int>(a)); }
+inline Ints numbers(std::uint32_t first) {
+  return _mm512_add_epi32(all(first), _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15));
+}
+inline Reals all(double a) { return _mm512_set1_pd(a); }
+inline Floats max(Floats a, Floats b) { return _mm512_max_ps(a, b); }
+inline Reals max(Reals a, Reals b) { return _mm512_max_pd(a, b); }
+inline Floats multiply_add(Floats a, Floats b, Floats c) { return _mm512_fmadd_ps(a, b, c); }
+inline Bits less(Floats a, Floats b) { return _mm512_cmp_ps_mask(a, b, _CMP_LT_OQ); }
+inline Bits less(Reals a, Reals b) { return _mm512_cmp_pd_mask(a, b, _CMP_LT_OQ); }
+inline Bits differ(Ints a, Ints b) { return _mm512_cmpneq_epi32_mask(a, b); }
+inline int count(Bits m) { return __builtin_popcount(m); }
+inline void store_some(float* to, Bits m, Floats a) {
+  _mm512_storeu_ps(to, _mm512_maskz_compress_ps(static_cast<__mmask16>(m), a));
+}
+inline void store_some(std::uint32_t* to, Bits m, Ints a) {
+  _mm512_storeu_si512(to, _mm512_maskz_compress_epi32(static_cast<__mmask16>(m), a));
+}
+inline Floats to_floats(Reals a, Reals b) {
+  return _mm512_insertf32x8(_mm512_castps256_ps512(_mm512_cvtpd_ps(a)), _mm512_cvtpd_ps(b), 1);
+}
+#elif defined(__AVX2__)
+constexpr int lanes = 8, real_lanes = 4;
+using Floats = __m256;
+using Ints = __m256i;
+using Reals = __m256d;
+inline Floats load(const float* a) { return _mm256_loadu_ps(a); }
+inline Ints load(const std::uint32_t* a) { return _mm256_loadu_si256(reinterpret_cast<const __m256i*>(a)); }
+inline Reals load(const double* a) { return _mm256_loadu_pd(a); }
+inline Floats all(float a) { return _mm256_set1_ps(a); }
+inline Ints all(std::uint32_t a) { return _mm256_set1_epi32(static_cast<int>(a)); }
+inline Ints numbers(std::uint32_t first) {
+  return _mm256_add_epi32(all(first), _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7));
+}
+inline Reals all(double a) { return _mm256_set1_pd(a); }
+inline Floats max(Floats a, Floats b) { return _mm256_max_ps(a, b); }
+inline Reals max(Reals a, Reals b) { return _mm256_max_pd(a, b); }
+inline Floats multiply_add(Floats a, Floats b, Floats c) { return _mm256_fmadd_ps(a, b, c); }
+inline Bits less(Floats a, Floats b) { return static_cast<Bits>(_mm256_movemask_ps(_mm256_cmp_ps(a, b, _CMP_LT_OQ))); }
+inline Bits less(Reals a, Reals b) { return static_cast<Bits>(_mm256_movemask_pd(_mm256_cmp_pd(a, b, _CMP_LT_OQ))); }
+inline Bits differ(Ints a, Ints b) {
+  return ~static_cast<Bits>(_mm256_movemask_ps(_mm256_castsi256_ps(_mm256_cmpeq_epi32(a, b)))) & 0xff;
+}
+inline int count(Bits m) { return __builtin_popcount(m); }
+struct Packing {  // for each set of lanes the lanes that are in it, in order
+  std::uint64_t lane[256];
+  constexpr Packing() : lane{} {
+    for (unsigned m = 0; m < 256; ++m)
+      for (unsigned b = 0, at = 0; b < 8; ++b)
+        if (m >> b & 1) lane[m] |= std::uint64_t{b} << (8 * at++);
+  }
+};
+constexpr Packing packing;
+inline Ints packed_lanes(Bits m) { return _mm256_cvtepu8_epi32(_mm_loadu_si64(&packing.lane[m])); }
+inline void store_some(float* to, Bits m, Floats a) {
+  _mm256_storeu_ps(to, _mm256_permutevar8x32_ps(a, packed_lanes(m)));
+}
+inline void store_some(std::uint32_t* to, Bits m, Ints a) {
+  _mm256_storeu_si256(reinterpret_cast<__m256i*>(to), _mm256_permutevar8x32_epi32(a, packed_lanes(m)));
+}
+inline Floats to_floats(Reals a, Reals b) { return _mm256_set_m128(_mm256_cvtpd_ps(b), _mm256_cvtpd_ps(a)); }
+#else
+constexpr int lanes = 4, real_lanes = 2;
+typedef float Floats __attribute__((vector_size(16)));
+typedef std::int32_t Ints __attribute__((vector_size(16)));
+typedef double Reals __attribute__((vector_size(16)));
+typedef std::int64_t LongInts __attribute__((vector_size(16)));
+template <class V, class R>
+inline V load_as(const R* a) {
+  V v;
+  __builtin_memcpy(&v, a, sizeof v);
+  return v;
+}
+inline Floats load(const float* a) { return load_as<Floats>(a); }
+inline Ints load(const std::uint32_t* a) { return load_as<Ints>(a); }
+inline Reals load(const double* a) { return load_as<Reals>(a); }
+inline Floats all(float a) { return Floats{a, a, a, a}; }
+inline Ints all(std::uint32_t a) {
+  const std::int32_t b = static_cast<std::int32_t>(a);
+  return Ints{b, b, b, b};
+}
+inline Ints numbers(std::uint32_t first) { return all(first) + Ints{0, 1, 2, 3}; }
+inline Reals all(double a) { return Reals{a, a}; }
+inline Floats max(Floats a, Floats b) { return a > b ? a : b; }
+inline Reals max(Reals a, Reals b) { return a > b ? a : b; }
+inline Floats multiply_add(Floats a, Floats b, Floats c) { return a * b + c; }
+inline Bits lane_bits(Ints m) {
+#ifdef __SSE2__
+  return static_cast<Bits>(_mm_movemask_ps(reinterpret_cast<__m128>(m)));
+#else
+  return (m[0] & 1) | (m[1] & 2) | (m[2] & 4) | (m[3] & 8);
+#endif
+}
+inline Bits less(Floats a, Floats b) { return lane_bits(a < b); }
+inline Bits less(Reals a, Reals b) {
+  const LongInts m = a < b;
+  return static_cast<Bits>((m[0] & 1) | (m[1] & 2));
+}
+inline Bits differ(Ints a, Ints b) { return lane_bits(a != b); }
+inline int count(Bits m) {
+  constexpr signed char n[16] = {0, 1, 1, 2, 1, 2, 2, 3, 1, 2, 2, 3, 2, 3, 3, 4};
+  return n[m];
+}
+template <class R, class V>
+inline void store_each(R* to, Bits m, V a) {
+  for (int b = 0; b < lanes; ++b) {
+    *to = static_cast<R>(a[b]);
+    to += m >> b & 1;
+  }
+}
+inline void store_some(float* to, Bits m, Floats a) { store_each(to, m, a); }
+inline void store_some(std::uint32_t* to, Bits m, Ints a) { store_each(to, m, a); }
+inline Floats to_floats(Reals a, Reals b) {
+  return Floats{static_cast<float>(a[0]), static_cast<float>(a[1]), static_cast<float>(b[0]), static_cast<float>(b[1])};
+}
+#endif
+
+inline Bits first_lanes(std::size_t n) { return n < lanes ? (1u << n) - 1 : (1u << lanes) - 1; }
+
+/// Stores first + k for each bit k of eight. Returns the end.
+inline std::uint32_t* store_numbers(std::uint32_t* to, Bits m, std::uint32_t first) {
+  for (std::uint32_t k = 0; k < 8; k += lanes) {
+    const Bits part = m >> k & first_lanes(lanes);
+    store_some(to, part, numbers(first + k));
+    to += count(part);
+  }
+  return to;
+}
+
+constexpr std::size_t party_rows = 128, group_rows = 16;
+constexpr double party_width = 2.6;  // greatest edge of the box in units of the smallest radius
+constexpr float group_width = 1.5f;
+// A party of fewer rows (where points are far apart, measured by their radii) may be wider, if that brings few leaves
+// within reach.
+constexpr std::size_t few_rows = 6, loose_rows = 16, loose_leaves = 32;
+constexpr double loose_width = 8.0;
+constexpr double radius_spread = 1.5;  // greatest ratio of two radii in a party
+constexpr float u = 0x1p-24f;
+constexpr float no_place = 3e38f;  // coordinate of the padding behind the candidates: infinitely far
+
+/// Rows that are found with one descent of the tree, and the frame of their floats: (x - centre) * scale.
+struct Party {
+  std::size_t n;
+  std::uint32_t place[party_rows];
+  double low[3], high[3];
+  double smallest, radius;  // of all radii the least and the greatest
+  double centre[3], scale;
+};
+
+struct Thresholds {
+  float high, low;  // of d^2 in the frame: out beyond the first, in below the second
+};
+inline Thresholds thresholds(double radius) {
+  const float r = static_cast<float>(radius), band = u * (16 * r + 8 * r * r) + 64 * u * u;
+  return {r * r + band, r * r - band};
+}
+
+/// Fills the party with rows from `first` on, in a box of at most `width` times the smallest radius.
+void gather_party(const OctreeView& tree, const RowQuery& query, std::size_t first, std::size_t last, std::size_t most_rows,
+                  double width, Party& p) {
+  p.n = 0;
+  for (std::size_t k = first; k < last && p.n < most_rows; ++k) {
+    const std::uint32_t place = query.along_curve ? static_cast<std::uint32_t>(k) : tree.rank[k];
+    const double r = query.radius[place];
+    if (p.n == 0) {
+      for (int d = 0; d < 3; ++d) p.low[d] = p.high[d] = tree.x[d][place];
+      p.smallest = p.radius = r;
+    } else {
+      const double least = r < p.smallest ? r : p.smallest, most = r > p.radius ? r : p.radius;
+      double low[3], high[3];
+      bool near = most <= radius_spread * least;
+      for (int d = 0; d < 3; ++d) {
+        const double x = tree.x[d][place];
+        low[d] = x < p.low[d] ? x : p.low[d];
+        high[d] = x > p.high[d] ? x : p.high[d];
+        near = near && high[d] - low[d] <= width * least;
+      }
+      if (!near) return;
+      for (int d = 0; d < 3; ++d) {
+        p.low[d] = low[d];
+        p.high[d] = high[d];
+      }
+      p.smallest = least;
+      p.radius = most;
+    }
+    p.place[p.n++] = place;
+  }
+}
+
+/// Which of eight nodes in a row are within reach of the party.
+template <bool symmetric>
+inline Bits nodes_in_reach(const OctreeView& tree, const RowQuery& query, const Party& p, std::size_t node) {
+  Bits hit = 0;
+  for (int half = 0; half < 8; half += real_lanes) {
+    Reals gap_2[3];
+    for (int d = 0; d < 3; ++d) {
+      const Reals below = load(tree.box[d] + node + half) - all(p.high[d]);
+      const Reals above = all(p.low[d]) - load(tree.box[3 + d] + node + half);
+      const Reals gap = max(max(below, above), all(0.0));
+      gap_2[d] = gap * gap;
+    }
+    Reals reach_2 = all(p.radius * p.radius);
+    if constexpr (symmetric) reach_2 = max(reach_2, load(query.node_radius_2 + node + half));
+    hit |= less(gap_2[0] + gap_2[1] + gap_2[2], reach_2) << half;
+  }
+  return hit;
+}
+
+/// Finds the leaves within reach of the party, level by level and in order, in s.leaf. Returns their number.
+template <bool symmetric>
+std::size_t descend(const OctreeView& tree, const RowQuery& query, const Party& p, RowScratch& s) {
+  std::size_t n = 1;
+  s.leaf[0] = 0;
+  for (int level = tree.n_levels - 1; level >= 0; --level) {
+    std::uint32_t* const above = s.leaf;
+    s.leaf = s.node;
+    s.node = above;
+    if (n * octree_fan + 2 * lanes > s.node_room) s.grow_nodes(n * octree_fan + 2 * lanes);
+    std::uint32_t* end = s.leaf;
+    for (std::size_t k = 0; k < n; ++k) {
+      const std::uint32_t child = s.node[k] * octree_fan;
+      const Bits hit = nodes_in_reach<symmetric>(tree, query, p, tree.level[level] + child);
+      end = store_numbers(end, hit, child);
+    }
+    n = static_cast<std::size_t>(end - s.leaf);
+  }
+  return n;
+}
+
+/// The party's frame: centre of its box, and the power of two that brings everything of interest below 1.
+template <bool symmetric>
+void set_frame(Party& p, const RowQuery& query, const std::uint32_t* leaf, std::size_t n_leaves) {
+  double reach_2 = p.radius * p.radius, half = 0;
+  if constexpr (symmetric)  // the leaves are the first nodes
+    for (std::size_t k = 0; k < n_leaves; ++k)
+      if (query.node_radius_2[leaf[k]] > reach_2) reach_2 = query.node_radius_2[leaf[k]];
+  for (int d = 0; d < 3; ++d) {
+    p.centre[d] = 0.5 * (p.low[d] + p.high[d]);
+    const double h = p.high[d] - p.centre[d], l = p.centre[d] - p.low[d];
+    half = h > half ? h : half;
+    half = l > half ? l : half;
+  }
+  int exponent = 0;
+  std::frexp(1.001 * (half + std::sqrt(reach_2)), &exponent);
+  exponent = exponent < -1000 ? -1000 : exponent > 1000 ? 1000 : exponent;
+  p.scale = std::ldexp(1.0, -exponent);
+}
+
+inline float in_frame(const Party& p, int d, double x) { return static_cast<float>((x - p.centre[d]) * p.scale); }
+inline Floats in_frame(const Party& p, int d, const double* x) {
+  const Reals c = all(p.centre[d]), s = all(p.scale);
+  return to_floats((load(x) - c) * s, (load(x + real_lanes) - c) * s);
+}
+
+/// The box of a party or a group in the frame, and how far its rows reach.
+struct Box {
+  Floats low[3], high[3], reach;
+};
+inline Floats gap_2(const Box& box, Floats x, Floats y, Floats z) {
+  const Floats zero = all(0.0f);
+  const Floats dx = max(max(box.low[0] - x, x - box.high[0]), zero), dy = max(max(box.low[1] - y, y - box.high[1]), zero),
+               dz = max(max(box.low[2] - z, z - box.high[2]), zero);
+  return multiply_add(dx, dx, multiply_add(dy, dy, dz * dz));
+}
+
+/// Packs those candidates on the curve that may be within reach of the party's box. Returns their number.
+template <bool symmetric>
+std::size_t pack_for_party(const OctreeView& tree, const RowQuery& query, const Party& p, std::size_t n_leaves,
+                           RowScratch& s) {
+  if (n_leaves * octree_leaf + 2 * lanes > s.candidate_room) s.grow_candidates(n_leaves * octree_leaf + 2 * lanes);
+  Box box;
+  for (int d = 0; d < 3; ++d) {
+    box.low[d] = all(in_frame(p, d, p.low[d]));
+    box.high[d] = all(in_frame(p, d, p.high[d]));
+  }
+  box.reach = all(thresholds(p.radius * p.scale).high);
+  const Candidates to = s.party;
+  std::size_t n = 0;
+  for (std::size_t k = 0; k < n_leaves; ++k) {
+    const std::size_t end = tree.leaf[s.leaf[k] + 1];
+    for (std::size_t j = tree.leaf[s.leaf[k]]; j < end; j += lanes) {
+      const Floats x = in_frame(p, 0, tree.x[0] + j), y = in_frame(p, 1, tree.x[1] + j), z = in_frame(p, 2, tree.x[2] + j);
+      Bits hit;
+      if constexpr (symmetric) {
+        const Reals scale = all(p.scale);
+        const Floats r = to_floats(load(query.radius + j) * scale, load(query.radius + j + real_lanes) * scale);
+        const Floats band = all(u) * (all(16.0f) * r + all(8.0f) * r * r) + all(64 * u * u);
+        hit = less(gap_2(box, x, y, z), max(box.reach, r * r + band)) & first_lanes(end - j);
+        store_some(to.high + n, hit, r * r + band);
+        store_some(to.low + n, hit, r * r - band);
+      } else {
+        hit = less(gap_2(box, x, y, z), box.reach) & first_lanes(end - j);
+      }
+      store_some(to.x + n, hit, x);
+      store_some(to.y + n, hit, y);
+      store_some(to.z + n, hit, z);
+      store_some(to.id + n, hit, load(tree.order + j));
+      n += static_cast<std::size_t>(count(hit));
+    }
+  }
+  return n;
+}
+
+/// Packs those of n candidates that may be within reach of a group's box. Returns their number.
+template <bool symmetric>
+std::size_t pack_for_group(const Box& box, std::size_t n, const Candidates& from, const Candidates& to) {
+  std::size_t m = 0;
+  for (std::size_t k = 0; k < n; k += lanes) {
+    const Floats x = load(from.x + k), y = load(from.y + k), z = load(from.z + k);
+    Floats reach = box.reach;
+    if constexpr (symmetric) reach = max(reach, load(from.high + k));
+    const Bits hit = less(gap_2(box, x, y, z), reach);
+    store_some(to.x + m, hit, x);
+    store_some(to.y + m, hit, y);
+    store_some(to.z + m, hit, z);
+    store_some(to.id + m, hit, load(from.id + k));
+    if constexpr (symmetric) {
+      store_some(to.high + m, hit, load(from.high + k));
+      store_some(to.low + m, hit, load(from.low + k));
+    }
+    m += static_cast<std::size_t>(count(hit));
+  }
+  return m;
+}
+
+/// Fills the rest of the last register behind n candidates with such as are never near.
+template <bool symmetric>
+void pad(const Candidates& c, std::size_t n) {
+  for (std::size_t k = n; k < n + lanes; ++k) {
+    c.x[k] = c.y[k] = c.z[k] = no_place;
+    c.id[k] = 0;
+    if constexpr (symmetric) c.high[k] = c.low[k] = 0;
+  }
+}
+
+/// Decides in double which of the undecided candidates k + lane are neighbours of the point at `place`.
+template <bool symmetric>
+[[gnu::noinline]] Bits decide(const OctreeView& tree, const RowQuery& query, const std::uint32_t* id, Bits undecided,
+                              std::size_t place) {
+  Bits in = 0;
+  for (Bits left = undecided; left != 0; left &= left - 1) {
+    const int at = __builtin_ctz(left);
+    const std::size_t other = tree.rank[id[at]];
+    double r = query.radius[place];
+    if (symmetric && query.radius[other] > r) r = query.radius[other];
+    const double dx = tree.x[0][other] - tree.x[0][place], dy = tree.x[1][other] - tree.x[1][place],
+                 dz = tree.x[2][other] - tree.x[2][place];
+    if (dx * dx + dy * dy + dz * dz < r * r) in |= 1u << at;
+  }
+  return in;
+}
+
+/// A row in the frame.
+struct Row {
+  float x[3];
+  Thresholds limit;
+};
+
+/// Stores the neighbours of the point at `place` among n candidates. Returns their number.
+template <bool symmetric>
+std::size_t find_row(const OctreeView& tree, const RowQuery& query, const Row& own, std::size_t place, std::size_t n,
+                     const Candidates& from, std::uint32_t* row) {
+  const Floats x = all(own.x[0]), y = all(own.x[1]), z = all(own.x[2]);
+  const Floats own_high = all(own.limit.high), own_low = all(own.limit.low);
+  const Ints self = all(tree.order[place]);
+  std::uint32_t* end = row;
+  for (std::size_t k = 0; k < n; k += lanes) {
+    const Floats dx = load(from.x + k) - x, dy = load(from.y + k) - y, dz = load(from.z + k) - z;
+    const Floats d_2 = multiply_add(dx, dx, multiply_add(dy, dy, dz * dz));
+    const Ints id = load(from.id + k);
+    Bits hit, sure;
+    if constexpr (symmetric) {
+      hit = less(d_2, max(own_high, load(from.high + k)));
+      sure = less(d_2, max(own_low, load(from.low + k)));
+    } else {
+      hit = less(d_2, own_high);
+      sure = less(d_2, own_low);
+    }
+    if (__builtin_expect(hit != sure, 0)) hit = sure | decide<symmetric>(tree, query, from.id + k, hit & ~sure, place);
+    hit &= differ(id, self);
+    store_some(end, hit, id);
+    end += count(hit);
+  }
+  return static_cast<std::size_t>(end - row);
+}
+
+bool ascending(const std::uint32_t* id, std::size_t n) {
+  unsigned wrong = 0;
+  for (std::size_t k = 1; k < n; ++k) wrong |= id[k] < id[k - 1];
+  return wrong == 0;
+}
+
+/// The rows from `first` on that lie close together. Returns the end, and the box around them.
+std::size_t next_group(const Row* row, std::size_t first, std::size_t last, float width, Box& box) {
+  float low[3], high[3], reach = row[first].limit.high;
+  for (int d = 0; d < 3; ++d) low[d] = high[d] = row[first].x[d];
+  std::size_t end = first + 1;
+  for (; end < last && end - first < group_rows; ++end) {
+    float l[3], h[3];
+    bool near = true;
+    for (int d = 0; d < 3; ++d) {
+      l[d] = row[end].x[d] < low[d] ? row[end].x[d] : low[d];
+      h[d] = row[end].x[d] > high[d] ? row[end].x[d] : high[d];
+      near = near && h[d] - l[d] <= width;
+    }
+    if (!near) break;
+    for (int d = 0; d < 3; ++d) {
+      low[d] = l[d];
+      high[d] = h[d];
+    }
+    reach = row[end].limit.high > reach ? row[end].limit.high : reach;
+  }
+  for (int d = 0; d < 3; ++d) {
+    box.low[d] = all(low[d]);
+    box.high[d] = all(high[d]);
+  }
+  box.reach = all(reach);
+  return end;
+}
+
+/// The next party, and the leaves within its reach. Returns the number of leaves.
+template <bool symmetric>
+std::size_t meet(const OctreeView& tree, const RowQuery& query, std::size_t first, std::size_t last, Party& p,
+                 RowScratch& s) {
+  gather_party(tree, query, first, last, party_rows, party_width, p);
+  if (p.n < few_rows && first + p.n < last) {
+    gather_party(tree, query, first, last, loose_rows, loose_width, p);
+    const std::size_t n_leaves = descend<symmetric>(tree, query, p, s);
+    if (n_leaves <= loose_leaves) return n_leaves;
+    gather_party(tree, query, first, last, party_rows, party_width, p);
+  }
+  return descend<symmetric>(tree, query, p, s);
+}
+
+template <bool symmetric>
+void find_rows_as(const OctreeView& tree, const RowQuery& query, std::size_t first, std::size_t last, RowScratch& s) {
+  std::size_t n_stored = 0;
+  Party p;
+  Row row[party_rows];
+  std::uint32_t* n_neighbours = s.count;
+  for (std::size_t k = first; k < last; k += p.n) {
+    const std::size_t n_leaves = meet<symmetric>(tree, query, k, last, p, s);
+    set_frame<symmetric>(p, query, s.leaf, n_leaves);
+    const std::size_t n = pack_for_party<symmetric>(tree, query, p, n_leaves, s);
+    if (query.sorted && !tree.in_order && !ascending(s.party.id, n)) s.sort_party(n, symmetric);
+    pad<symmetric>(s.party, n);
+    for (std::size_t a = 0; a < p.n; ++a) {
+      for (int d = 0; d < 3; ++d) row[a].x[d] = in_frame(p, d, tree.x[d][p.place[a]]);
+      row[a].limit = thresholds(query.radius[p.place[a]] * p.scale);
+    }
+    const float width = group_width * static_cast<float>(p.smallest * p.scale);
+    for (std::size_t a = 0; a < p.n;) {
+      Box box;
+      const std::size_t end = next_group(row, a, p.n, width, box);
+      const bool whole = end - a == p.n;
+      const std::size_t m = whole ? n : pack_for_group<symmetric>(box, n, s.party, s.group);
+      const Candidates& from = whole ? s.party : s.group;
+      if (!whole) pad<symmetric>(from, m);
+      for (; a < end; ++a) {
+        if (n_stored + m + 2 * lanes > s.row_room) s.grow_rows(n_stored + m + 2 * lanes);
+        const std::size_t found = find_row<symmetric>(tree, query, row[a], p.place[a], m, from, s.row + n_stored);
+        *n_neighbours++ = static_cast<std::uint32_t>(found);
+        n_stored += found;
+      }
+    }
+  }
+}
+
+/// Spreads the low 21 bits to every third place.
+inline std::uint64_t spread(std::uint64_t a) {
+  a = (a | a << 32) & 0x1f00000000ffffull;
+  a = (a | a << 16) & 0x1f0000ff0000ffull;
+  a = (a | a << 8) & 0x100f00f00f00f00full;
+  a = (a | a << 4) & 0x10c30c30c30c30c3ull;
+  return (a | a << 2) & 0x1249249249249249ull;
+}
+
+}  // namespace
+
+void morton_keys(const double* xyz, std::size_t n, const double* low, double scale, std::uint64_t* key) {
+  const double low_x = low[0], low_y = low[1], low_z = low[2];
+  const auto cell = [scale](double x, double l) {
+    const std::int32_t c = static_cast<std::int32_t>((x - l) * scale);
+    return static_cast<std::uint64_t>(c < 0x1fffff ? c : 0x1fffff);
+  };
+  for (std::size_t i = 0; i < n; ++i)
+    key[i] = spread(cell(xyz[3 * i], low_x)) << 2 | spread(cell(xyz[3 * i + 1], low_y)) << 1 |
+             spread(cell(xyz[3 * i + 2], low_z));
+}
+
+void find_rows(const OctreeView& tree, const RowQuery& query, std::size_t first, std::size_t last, RowScratch& scratch) {
+  if (query.node_radius_2)
+    find_rows_as<true>(tree, query, first, last, scratch);
+  else
+    find_rows_as<false>(tree, query, first, last, scratch);
+}
+
+}  // namespace core::EJECTA_ISA

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "coupling/bond.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <unordered_set>
+
+#include "core/parallel.hpp"
+#include "fem/elements.hpp"
+#include "sph/kernel.hpp"
+
+namespace coupling {
+
+using core::Vec3;
+
+/// Cells of one reach that hold a particle or touch one that does: a coarse sieve for centres of elements.
+class OccupiedCells {
+ public:
+  OccupiedCells(const sph::Particles& p, double reach) : inverse_(1 / reach) {
+    for (const Vec3& x : p.x) {
+      const Cell c = cell(x);
+      for (std::int64_t i = -1; i <= 1; ++i)
+        for (std::int64_t j = -1; j <= 1; ++j)
+          for (std::int64_t k = -1; k <= 1; ++k) cells_.insert(key({c.i + i, c.j + j, c.k + k}));
+    }
+  }
+  bool near(const Vec3& x) const { return cells_.contains(key(cell(x))); }
+
+ private:
+  struct Cell {
+    std::int64_t i, j, k;
+  };
+  Cell cell(const Vec3& x) const {
+    return {static_cast<std::int64_t>(std::floor(x[0] * inverse_)), static_cast<std::int64_t>(std::floor(x[1] * inverse_)),
+            static_cast<std::int64_t>(std::floor(x[2] * inverse_))};
+  }
+  static std::uint64_t key(Cell c) {
+    constexpr std::uint64_t mask = (1ull << 21) - 1;
+    return (static_cast<std::uint64_t>(c.i) & mask) | (static_cast<std::uint64_t>(c.j) & mask) << 21 |
+           (static_cast<std::uint64_t>(c.k) & mask) << 42;
+  }
+  double inverse_;
+  std::unordered_set<std::uint64_t> cells_;
+};
+
+static double smoothing_length(const fem::Elements& e, std::size_t el) {
+  return sph::h_over_spacing * std::cbrt(e.pt.m[el] / e.pt.rho[el]);
+}
+
+void find_elements(const fem::Mesh& mesh, const sph::Particles& p, Bond& bond) {
+  const fem::Elements& e = mesh.elements;
+  bond.elements.clear();
+  bond.x.clear();
+  if (p.size() == 0 || mesh.n_alive == 0) return;
+  core::Vec3 low = p.x[0], high = p.x[0];
+  double h_max = 0;
+  for (std::size_t i = 0; i < p.size(); ++i) {
+    low = low.cwiseMin(p.x[i]);
+    high = high.cwiseMax(p.x[i]);
+    h_max = std::max(h_max, p.h[i]);
+  }
+  const double reach = 1.25 * sph::kernel_reach * h_max;
+  low.array() -= reach;
+  high.array() += reach;
+  const OccupiedCells cells(p, reach);
+  std::vector<std::uint8_t> near(e.size());
+  core::for_each(e.size(), [&](std::size_t el) {
+    if (!e.alive[el]) return;
+    const Vec3& corner = mesh.nodes.x[static_cast<std::size_t>(e.node[el][0])];
+    if ((corner.array() < low.array() - reach).any() || (corner.array() > high.array() + reach).any()) return;
+    near[el] = cells.near(fem::centre(mesh, el, mesh.nodes.x));
+  });
+  for (std::size_t el = 0; el < near.size(); ++el)
+    if (near[el]) bond.elements.push_back(static_cast<std::uint32_t>(el));
+  update_centres(mesh, bond);
+}
+
+void update_centres(const fem::Mesh& mesh, Bond& bond) {
+  bond.x.resize(bond.elements.size());
+  core::for_each(bond.elements.size(),
+                 [&](std::size_t k) { bond.x[k] = fem::centre(mesh, bond.elements[k], mesh.nodes.x); });
+}
+
+void fill_foreign(const fem::Mesh& mesh, const Bond& bond, sph::Neighbourhood& hood) {
+  const fem::Elements& e = mesh.elements;
+  core::for_each(bond.elements.size(), [&](std::size_t k) {
+    const std::size_t el = bond.elements[k];
+    sph::Actor& a = hood.actors[hood.n_particles + k];
+    a = {};
+    a.x = bond.x[k];
+    a.v = fem::centre(mesh, el, mesh.nodes.v);
+    a.m = e.pt.m[el];
+    a.rho = e.pt.rho[el];
+    a.volume = a.m / a.rho;
+    a.h = smoothing_length(e, el);
+    a.c = e.pt.c[el];
+    a.spread = 1;
+    const double p = e.pt.p[el];
+    a.p_contact = std::max(p, 0.0);
+    const auto& s = e.pt.s;
+    a.stress << s[0][el] - p, s[3][el], s[5][el], s[3][el], s[1][el] - p, s[4][el], s[5][el], s[4][el], s[2][el] - p;
+    constexpr int stranger = 1 << 20;  // a body that no particle belongs to
+    a.body = bond.hold ? e.body[el] : stranger + e.body[el];
+  });
+}
+
+void fill_foreign_velocities(const fem::Mesh& mesh, const Bond& bond, sph::Neighbourhood& hood) {
+  core::for_each(bond.elements.size(), [&](std::size_t k) {
+    sph::Actor& a = hood.actors[hood.n_particles + k];
+    a.v_new = fem::centre(mesh, bond.elements[k], mesh.nodes.v);
+    a.v_mean = fem::centre(mesh, bond.elements[k], mesh.nodes.v_mean);
+  });
+}
+
+void add_reaction(const sph::Neighbourhood& hood, const Bond& bond, fem::Mesh& mesh) {
+  std::vector<std::uint32_t> pushed;
+  for (std::size_t k = 0; k < bond.elements.size(); ++k) {
+    const Vec3& f = hood.foreign_force[k];
+    if (f.isZero(0)) continue;
+    pushed.push_back(bond.elements[k]);
+    for (const auto nd : mesh.elements.node[bond.elements[k]]) mesh.nodes.f[static_cast<std::size_t>(nd)] += f / 8;
+  }
+  fem::wake_elements(mesh, pushed);
+}
+
+void add_heat(const sph::Neighbourhood& hood, const Bond& bond, fem::Mesh& mesh) {
+  core::Points& pt = mesh.elements.pt;
+  for (std::size_t k = 0; k < bond.elements.size(); ++k)
+    pt.e[bond.elements[k]] += hood.foreign_heat[k] / pt.m[bond.elements[k]];
+}
+
+}  // namespace coupling

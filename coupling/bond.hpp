@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+// The bond: alive elements within a kernel's reach of a particle stand in the SPH sums as foreign actors at their
+// centres, with their own stress; the reaction goes to their corners in equal parts and the work of their stress in the
+// pairs to their energy. Elements of the particle's own body hold it (bond = true) or only push (bond = false); elements of
+// other bodies only push.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "fem/mesh.hpp"
+#include "sph/neighbourhood.hpp"
+#include "sph/particles.hpp"
+
+namespace coupling {
+
+struct Bond {
+  std::vector<std::uint32_t> elements;  ///< foreign actors, ascending
+  std::vector<core::Vec3> x;            ///< their centres [m]
+  bool hold = true;                     ///< [convert] bond
+};
+
+/// Elements whose centre lies within reach of a particle, and a skin. Images need no search of their own: an element in
+/// reach of an image has its own image in reach of the particle.
+void find_elements(const fem::Mesh& mesh, const sph::Particles& particles, Bond& bond);
+
+/// Centres of the bonded elements now.
+void update_centres(const fem::Mesh& mesh, Bond& bond);
+
+/// The foreign rows of hood.actors, all but velocities after the kick.
+void fill_foreign(const fem::Mesh& mesh, const Bond& bond, sph::Neighbourhood& hood);
+
+/// v_new and v_mean of the foreign rows.
+void fill_foreign_velocities(const fem::Mesh& mesh, const Bond& bond, sph::Neighbourhood& hood);
+
+/// Reaction of the particles to the corners; wakes what is pushed.
+void add_reaction(const sph::Neighbourhood& hood, const Bond& bond, fem::Mesh& mesh);
+
+/// Energy of the pairs into the elements.
+void add_heat(const sph::Neighbourhood& hood, const Bond& bond, fem::Mesh& mesh);
+
+}  // namespace coupling

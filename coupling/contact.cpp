@@ -1,0 +1,432 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "coupling/contact.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/octree.hpp"
+#include "core/parallel.hpp"
+#include "fem/elements.hpp"
+#include "fem/hex8.hpp"
+
+namespace coupling {
+
+using core::Vec3;
+
+constexpr double margin_part = 2e-3;   // gap kept, over the square root of a face's area
+constexpr double edge_tolerance = 0.02;  // triangles reach this part of their size beyond their edges
+constexpr int steps_ahead = 4;         // candidates serve about this many steps
+constexpr int most_sweeps = 200;
+
+bool contact_possible(const fem::Mesh& mesh, const sph::Particles& particles, const std::vector<Wall>& walls) {
+  return !walls.empty() || (mesh.n_alive > 0 && (mesh.body_elements.size() > 1 || particles.size() > 0));
+}
+
+// ------------------------------------------------------------------------------------------------ moving things
+
+/// What a point is made of, read and written through one door.
+struct PointRef {
+  Vec3* x;
+  Vec3* v;
+  double m;
+  int fixed;
+};
+
+static PointRef point_ref(fem::Mesh& mesh, sph::Particles& p, const ContactPoint& point) {
+  const std::size_t i = point.index;
+  if (point.particle) return {&p.x[i], &p.v[i], p.pt.m[i], 0};
+  return {&mesh.nodes.x[i], &mesh.nodes.v[i], mesh.nodes.m[i], mesh.nodes.fixed[i]};
+}
+
+static std::array<std::size_t, 4> face_nodes(const fem::Mesh& mesh, const fem::Face& face) {
+  std::array<std::size_t, 4> n;
+  for (std::size_t k = 0; k < 4; ++k)
+    n[k] = static_cast<std::size_t>(
+        mesh.elements.node[face.element][static_cast<std::size_t>(fem::face_corner[face.face][k])]);
+  return n;
+}
+
+static Vec3 free_part(Vec3 a, int fixed) {
+  for (int d = 0; d < 3; ++d)
+    if (fixed >> d & 1) a[d] = 0;
+  return a;
+}
+
+/// The meeting of a point with one of a face's four triangles during the step.
+struct Meeting {
+  bool found = false;
+  double gap_end = 0;                 ///< signed distance at the end [m]
+  double target = 0;                  ///< gap to be left at the end [m]
+  Vec3 normal{0, 0, 0};               ///< of the triangle at the end
+  std::array<double, 4> weight{};     ///< shape functions of the corners where it meets
+};
+
+struct Triangle {
+  Vec3 a, b, c;  // c: the face's centre
+  Vec3 normal() const { return (a - c).cross(b - c); }
+};
+
+static Triangle moved(const Triangle& t, const Triangle& v, double dt) {
+  return {t.a + dt * v.a, t.b + dt * v.b, t.c + dt * v.c};
+}
+
+/// Barycentric coordinates (a, b) of the foot of p on the triangle; c has the rest.
+static std::array<double, 2> barycentric(const Triangle& t, const Vec3& p) {
+  const Vec3 u = t.a - t.c, w = t.b - t.c, d = p - t.c;
+  const double uu = u.dot(u), ww = w.dot(w), uw = u.dot(w), du = d.dot(u), dw = d.dot(w);
+  const double det = uu * ww - uw * uw;
+  return {(du * ww - dw * uw) / det, (dw * uu - du * uw) / det};
+}
+
+static double gap_at(const Triangle& t, const Triangle& v, const Vec3& p, const Vec3& vp, double time) {
+  const Triangle now = moved(t, v, time);
+  return now.normal().normalized().dot(p + time * vp - now.c);
+}
+
+/// Does p(t) come nearer than the margin to the moving triangle, from outside, within dt?
+static bool meets(const Triangle& t, const Triangle& v, const Vec3& p, const Vec3& vp, double dt, double margin,
+                  bool strict, Meeting& m, std::array<double, 2>& where) {
+  const Vec3 n0 = t.normal();
+  const double area2 = n0.norm();
+  if (!(area2 > 0)) return false;
+  const double gap_0 = n0.dot(p - t.c) / area2;
+  if (gap_0 < -1e-3 * margin) return false;  // already behind this sheet's plane: not from outside
+  m.target = strict ? 0.0 : std::max(0.0, std::min(gap_0, margin));
+  const Triangle end = moved(t, v, dt);
+  const Vec3 n1 = end.normal();
+  const double end_norm = n1.norm();
+  if (!(end_norm > 0)) return false;
+  m.normal = n1 / end_norm;
+  m.gap_end = m.normal.dot(p + dt * vp - end.c);
+  if (m.gap_end >= (strict ? -1e-9 * margin : 0.5 * m.target)) return false;
+  // when: the root of the signed distance, bracketed
+  double t0 = 0, g0 = gap_0 - m.target, t1 = dt, g1 = m.gap_end - m.target, when = 0;
+  for (int k = 0; k < 12 && g0 > 0.1 * margin; ++k) {
+    when = t0 + (t1 - t0) * g0 / (g0 - g1);
+    const double g = gap_at(t, v, p, vp, when) - m.target;
+    if (std::abs(g) < 0.1 * margin) break;
+    if (g > 0)
+      t0 = when, g0 = g;
+    else
+      t1 = when, g1 = g;
+  }
+  where = barycentric(moved(t, v, when), p + when * vp);
+  const double low = strict ? 0.0 : -edge_tolerance;
+  return where[0] >= low && where[1] >= low && where[0] + where[1] <= 1 - low;
+}
+
+/// The deepest meeting of a point with a face. strict: only a true crossing of the sheet.
+static Meeting meet(const fem::Mesh& mesh, const std::array<std::size_t, 4>& node, const PointRef& p, double dt,
+                    bool strict) {
+  const auto& n = mesh.nodes;
+  const Vec3 xc = 0.25 * (n.x[node[0]] + n.x[node[1]] + n.x[node[2]] + n.x[node[3]]);
+  const Vec3 vc = 0.25 * (n.v[node[0]] + n.v[node[1]] + n.v[node[2]] + n.v[node[3]]);
+  const Vec3 diagonals = (n.x[node[2]] - n.x[node[0]]).cross(n.x[node[3]] - n.x[node[1]]);
+  const double margin = margin_part * std::sqrt(0.5 * diagonals.norm());
+  Meeting best;
+  for (std::size_t k = 0; k < 4; ++k) {
+    const std::size_t a = node[k], b = node[(k + 1) % 4];
+    Meeting m;
+    std::array<double, 2> w;
+    if (!meets({n.x[a], n.x[b], xc}, {n.v[a], n.v[b], vc}, *p.x, *p.v, dt, margin, strict, m, w)) continue;
+    if (best.found && best.gap_end <= m.gap_end) continue;
+    best = m;
+    best.found = true;
+    for (double& part : w) part = std::clamp(part, 0.0, 1.0);
+    if (const double sum = w[0] + w[1]; sum > 1) w[0] /= sum, w[1] /= sum;
+    best.weight.fill(0.25 * (1 - w[0] - w[1]));
+    best.weight[k] += w[0];
+    best.weight[(k + 1) % 4] += w[1];
+  }
+  return best;
+}
+
+// ------------------------------------------------------------------------------------------------ impulses
+
+/// Changes a velocity by dv where it is free; returns the change of kinetic energy [J].
+static double push(Vec3& v, double m, int fixed, const Vec3& dv) {
+  const Vec3 d = free_part(dv, fixed);
+  const double change = m * (v.dot(d) + 0.5 * d.squaredNorm());
+  v += d;
+  return change;
+}
+
+/// Heat [J] into the elements alive at a node, by mass. False where there is none.
+static bool heat_node(fem::Mesh& mesh, std::size_t nd, double heat) {
+  fem::Elements& e = mesh.elements;
+  double mass = 0;
+  for (auto k = mesh.corner_start[nd]; k < mesh.corner_start[nd + 1]; ++k)
+    if (e.alive[mesh.corners[k] / 8]) mass += e.pt.m[mesh.corners[k] / 8];
+  if (mass == 0) return false;
+  for (auto k = mesh.corner_start[nd]; k < mesh.corner_start[nd + 1]; ++k)
+    if (e.alive[mesh.corners[k] / 8]) e.pt.e[mesh.corners[k] / 8] += heat / mass;
+  return true;
+}
+
+static bool heat_point(fem::Mesh& mesh, sph::Particles& p, const ContactPoint& point, double heat) {
+  if (!point.particle) return heat_node(mesh, point.index, heat);
+  p.pt.e[point.index] += heat / p.pt.m[point.index];
+  return true;
+}
+
+static void apply(fem::Mesh& mesh, sph::Particles& particles, const ContactPoint& point, const fem::Face& face,
+                  const std::array<std::size_t, 4>& node, const Meeting& m, const ContactSettings& settings, double dt,
+                  Contact& contact) {
+  PointRef p = point_ref(mesh, particles, point);
+  auto& n = mesh.nodes;
+  const auto inverse_mass = [&](const Vec3& direction) {
+    double s = free_part(direction, p.fixed).squaredNorm() / p.m;
+    for (std::size_t k = 0; k < 4; ++k)
+      s += m.weight[k] * m.weight[k] * free_part(direction, n.fixed[node[k]]).squaredNorm() / n.m[node[k]];
+    return s;
+  };
+  const double inverse = inverse_mass(m.normal);
+  if (!(inverse > 0)) return;
+  const double size = (m.target - m.gap_end) / dt / inverse;
+  Vec3 impulse = size * m.normal;
+  if (settings.friction > 0) {
+    Vec3 slip = *p.v;
+    for (std::size_t k = 0; k < 4; ++k) slip -= m.weight[k] * n.v[node[k]];
+    slip -= slip.dot(m.normal) * m.normal;
+    const double speed = slip.norm();
+    if (speed > 0) impulse -= std::min(settings.friction * size, speed / inverse_mass(slip / speed)) * (slip / speed);
+  }
+  double change = push(*p.v, p.m, p.fixed, impulse / p.m);
+  for (std::size_t k = 0; k < 4; ++k) {
+    change += push(n.v[node[k]], n.m[node[k]], n.fixed[node[k]], -m.weight[k] * impulse / n.m[node[k]]);
+    n.awake[node[k]] = 1;
+  }
+  contact.dissipated -= change;
+  mesh.elements.pt.e[face.element] -= 0.5 * change / mesh.elements.pt.m[face.element];
+  contact.heated -= 0.5 * change;
+  if (heat_point(mesh, particles, point, -0.5 * change)) contact.heated -= 0.5 * change;
+}
+
+// ------------------------------------------------------------------------------------------------ search
+
+struct Box {
+  Vec3 low = Vec3::Constant(1e300), high = Vec3::Constant(-1e300);
+  void add(const Vec3& x) {
+    low = low.cwiseMin(x);
+    high = high.cwiseMax(x);
+  }
+  bool empty() const { return low[0] > high[0]; }
+  double distance(const Box& o) const {
+    return (o.low - high).cwiseMax(low - o.high).cwiseMax(Vec3::Zero()).norm();
+  }
+};
+
+static void list_points(const fem::Mesh& mesh, const sph::Particles& particles, Contact& c) {
+  c.points.clear();
+  std::vector<std::uint8_t> listed(mesh.nodes.size(), 0);
+  for (const auto nd : c.surface.nodes) {
+    c.points.push_back({nd, false});
+    listed[nd] = 1;
+  }
+  if (mesh.n_removed > 0)  // free nodes: mass but no element alive
+    for (std::size_t nd = 0; nd < mesh.nodes.size(); ++nd) {
+      if (listed[nd] || mesh.nodes.m[nd] == 0) continue;
+      bool alive = false;
+      for (auto k = mesh.corner_start[nd]; k < mesh.corner_start[nd + 1]; ++k)
+        alive = alive || mesh.elements.alive[mesh.corners[k] / 8];
+      if (!alive) c.points.push_back({static_cast<std::uint32_t>(nd), false});
+    }
+  for (std::uint32_t i = 0; i < particles.size(); ++i) c.points.push_back({i, true});
+}
+
+static int body_of_node(const fem::Mesh& mesh, std::size_t nd) {
+  for (std::size_t b = 0; b < mesh.body_nodes.size(); ++b)
+    if (mesh.body_nodes[b].contains(nd)) return static_cast<int>(b);
+  return -1;
+}
+
+static bool is_free(const fem::Mesh& mesh, std::size_t nd) {
+  for (auto k = mesh.corner_start[nd]; k < mesh.corner_start[nd + 1]; ++k)
+    if (mesh.elements.alive[mesh.corners[k] / 8]) return false;
+  return true;
+}
+
+/// The time before which no two groups (elements of one body, particles of one body) can touch [s].
+static double time_to_meet(const fem::Mesh& mesh, const sph::Particles& particles) {
+  const std::size_t n = mesh.body_elements.size();
+  std::vector<Box> solid(n), cloud(n);
+  double speed = 0;
+  for (std::size_t b = 0; b < n; ++b)
+    for (std::size_t nd = mesh.body_nodes[b].first; nd < mesh.body_nodes[b].last; ++nd) {
+      if (mesh.nodes.m[nd] == 0) continue;
+      solid[b].add(mesh.nodes.x[nd]);
+      speed = std::max(speed, mesh.nodes.v[nd].norm());
+    }
+  for (std::size_t i = 0; i < particles.size(); ++i) {
+    cloud[particles.body[i]].add(particles.x[i]);
+    speed = std::max(speed, particles.v[i].norm());
+  }
+  double gap = 1e300;
+  for (std::size_t a = 0; a < n; ++a)
+    for (std::size_t b = 0; b < n; ++b) {
+      if (solid[b].empty()) continue;
+      if (a < b && !solid[a].empty()) gap = std::min(gap, solid[a].distance(solid[b]));
+      if (!cloud[a].empty()) gap = std::min(gap, cloud[a].distance(solid[b]));
+    }
+  return gap / (2 * 1.2 * speed + 1e-300);  // both may move, and be sped up a little meanwhile
+}
+
+static void find_candidates(const fem::Mesh& mesh, const sph::Particles& particles, double dt, Contact& c) {
+  fem::update_surface(mesh, c.surface);
+  list_points(mesh, particles, c);
+  const auto& nodes = mesh.nodes;
+  double speed = 0, edge = 1e300;
+  c.point_x.resize(c.points.size());
+  for (std::size_t k = 0; k < c.points.size(); ++k) {
+    const auto& point = c.points[k];
+    c.point_x[k] = point.particle ? particles.x[point.index] : nodes.x[point.index];
+    speed = std::max(speed, (point.particle ? particles.v[point.index] : nodes.v[point.index]).norm());
+  }
+  for (const auto& f : c.surface.faces) {
+    const auto n = face_nodes(mesh, f);
+    edge = std::min(edge, (nodes.x[n[2]] - nodes.x[n[0]]).squaredNorm());
+  }
+  c.reach = std::max(steps_ahead * 1.1 * speed * dt, 0.05 * std::sqrt(edge));
+  core::Octree tree;
+  tree.build(c.point_x);
+  Box all;
+  for (const auto& x : c.point_x) all.add(x);
+  c.candidates.clear();
+  std::vector<std::vector<Candidate>> part((c.surface.faces.size() + 255) / 256);
+  core::for_each_block(c.surface.faces.size(), 256, [&](std::size_t first, std::size_t last) {
+    std::vector<std::uint32_t> found;
+    for (std::size_t f = first; f < last; ++f) {
+      const auto n = face_nodes(mesh, c.surface.faces[f]);
+      Box box;
+      for (const auto k : n) box.add(nodes.x[k]);
+      found.clear();
+      tree.in_box(box.low.array() - 2 * c.reach, box.high.array() + 2 * c.reach, found);
+      const int body = mesh.elements.body[c.surface.faces[f].element];
+      for (const auto k : found) {
+        const auto& point = c.points[k];
+        if (!point.particle) {
+          if (std::find(n.begin(), n.end(), point.index) != n.end()) continue;
+          if (body_of_node(mesh, point.index) == body && !is_free(mesh, point.index)) continue;
+        }
+        part[first / 256].push_back({k, static_cast<std::uint32_t>(f)});
+      }
+    }
+  });
+  for (const auto& list : part) c.candidates.insert(c.candidates.end(), list.begin(), list.end());
+  c.valid = true;
+  ++c.searches;
+}
+
+/// Could anything have left the reach it was given?
+static bool still_valid(const fem::Mesh& mesh, const sph::Particles& particles, double dt, const Contact& c) {
+  if (!c.valid || c.surface.n_removed != mesh.n_removed) return false;
+  const auto far = [&](const Vec3& x, const Vec3& v, const Vec3& old) { return -((x - old).norm() + v.norm() * dt); };
+  const double points = -core::min_where(c.points.size(), [&](std::size_t k) {
+                           const auto& p = c.points[k];
+                           return p.particle ? far(particles.x[p.index], particles.v[p.index], c.point_x[k])
+                                             : far(mesh.nodes.x[p.index], mesh.nodes.v[p.index], c.point_x[k]);
+                         }).value;
+  return points <= c.reach;
+}
+
+// ------------------------------------------------------------------------------------------------ the solver
+
+static std::vector<std::uint32_t> detect(fem::Mesh& mesh, sph::Particles& particles, double dt, bool strict,
+                                         const Contact& c) {
+  std::vector<std::uint8_t> hit(c.candidates.size());
+  core::for_each_block(c.candidates.size(), 256, [&](std::size_t first, std::size_t last) {
+    for (std::size_t k = first; k < last; ++k) {
+      const auto node = face_nodes(mesh, c.surface.faces[c.candidates[k].face]);
+      const PointRef p = point_ref(mesh, particles, c.points[c.candidates[k].point]);
+      hit[k] = p.m > 0 && meet(mesh, node, p, dt, strict).found;
+    }
+  });
+  std::vector<std::uint32_t> list;
+  for (std::size_t k = 0; k < hit.size(); ++k)
+    if (hit[k]) list.push_back(static_cast<std::uint32_t>(k));
+  return list;
+}
+
+/// One pass over the pairs in order; returns how many still met.
+static std::size_t sweep(fem::Mesh& mesh, sph::Particles& particles, const std::vector<std::uint32_t>& active,
+                         const ContactSettings& settings, double dt, Contact& c) {
+  std::size_t met = 0;
+  for (const auto k : active) {
+    const auto& face = c.surface.faces[c.candidates[k].face];
+    const auto& point = c.points[c.candidates[k].point];
+    const auto node = face_nodes(mesh, face);
+    const Meeting m = meet(mesh, node, point_ref(mesh, particles, point), dt, false);
+    if (!m.found) continue;
+    ++met;
+    apply(mesh, particles, point, face, node, m, settings, dt, c);
+  }
+  c.pairs_tested += active.size();
+  return met;
+}
+
+static void resolve_faces(fem::Mesh& mesh, sph::Particles& particles, const ContactSettings& settings, double dt,
+                          Contact& c) {
+  std::vector<std::uint32_t> active, all;
+  for (int sweeps = 0; sweeps < most_sweeps;) {
+    active = detect(mesh, particles, dt, false, c);
+    c.pairs_tested += c.candidates.size();
+    if (active.empty()) break;
+    // pairs found in earlier rounds stay in: they are the ones that impulses set moving again
+    std::vector<std::uint32_t> merged;
+    std::set_union(all.begin(), all.end(), active.begin(), active.end(), std::back_inserter(merged));
+    all.swap(merged);
+    for (int k = 0; k < 20 && sweeps < most_sweeps; ++k, ++sweeps)
+      if (sweep(mesh, particles, all, settings, dt, c) == 0) break;
+  }
+  if (all.empty()) return;
+  c.leaks += detect(mesh, particles, dt, true, c).size();
+  std::vector<std::uint32_t> struck;
+  for (const auto k : all) {
+    struck.push_back(c.surface.faces[c.candidates[k].face].element);
+    const auto& point = c.points[c.candidates[k].point];
+    if (point.particle) continue;
+    for (auto i = mesh.corner_start[point.index]; i < mesh.corner_start[point.index + 1]; ++i)
+      if (mesh.elements.alive[mesh.corners[i] / 8]) struck.push_back(mesh.corners[i] / 8);
+  }
+  fem::wake_elements(mesh, struck);
+}
+
+static void resolve_walls(fem::Mesh& mesh, sph::Particles& particles, const std::vector<Wall>& walls, double dt,
+                          Contact& c) {
+  for (const Wall& wall : walls) {
+    const auto stop = [&](const ContactPoint& point) {
+      PointRef p = point_ref(mesh, particles, point);
+      const double gap = wall.normal.dot(*p.x - wall.point), speed = wall.normal.dot(*p.v);
+      const double allowed = -std::max(gap, 0.0) / dt;
+      if (p.m == 0 || speed >= allowed) return;
+      const Vec3 old = *p.v;
+      const double change = push(*p.v, p.m, p.fixed, (allowed - speed) * wall.normal);
+      c.dissipated -= change;
+      if (heat_point(mesh, particles, point, -change)) c.heated -= change;
+      const Vec3 impulse = p.m * (*p.v - old);
+      c.wall_impulse += impulse;
+      c.wall_angular_impulse += p.x->cross(impulse);
+    };
+    for (std::uint32_t nd = 0; nd < mesh.nodes.size(); ++nd) stop({nd, false});
+    for (std::uint32_t i = 0; i < particles.size(); ++i) stop({i, true});
+  }
+}
+
+void resolve_contact(fem::Mesh& mesh, sph::Particles& particles, const std::vector<Wall>& walls,
+                     const ContactSettings& settings, double time, double dt, Contact& c) {
+  resolve_walls(mesh, particles, walls, dt, c);
+  if (!settings.enabled || mesh.n_alive == 0) return;
+  if (time + dt < c.quiet_until) return;
+  if (!still_valid(mesh, particles, dt, c)) {
+    const double quiet = time_to_meet(mesh, particles);
+    if (quiet > steps_ahead * dt) {
+      c.quiet_until = time + quiet;
+      c.valid = false;
+      return;
+    }
+    find_candidates(mesh, particles, dt, c);
+  }
+  resolve_faces(mesh, particles, settings, dt, c);
+}
+
+}  // namespace coupling

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+// Contact of points (surface nodes of other bodies, free nodes, particles) with the exposed faces of elements, and of
+// both with rigid walls. A face is a sheet of four triangles about its centre, so neighbouring faces leave no gap. Between
+// kick and drift, every pair whose motion over the coming step would end behind a face gets an inelastic impulse along the
+// face's normal that lets it close the gap but for a small margin, and no more: nothing is ever pushed out, so no energy
+// is fed in, and whatever the stiffness nothing tunnels. Impulses are equal and opposite (mass split to the corners by the
+// shape functions of the point of contact), applied in a fixed order until no pair is left that would cross.
+// Sources: velocity-level unilateral contact with a gap, Moreau (1988) and Stewart & Trinkle, IJNME 39 (1996) 2673, eqs
+// 8-11 (without restitution); projected Gauss-Seidel.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/types.hpp"
+#include "fem/mesh.hpp"
+#include "fem/surface.hpp"
+#include "sph/particles.hpp"
+
+namespace coupling {
+
+struct Wall {
+  core::Vec3 point{0, 0, 0}, normal{0, 0, 1};
+};
+
+struct ContactSettings {
+  bool enabled = true;
+  double friction = 0;  ///< Coulomb coefficient [-]
+};
+
+/// One point that may strike one face.
+struct Candidate {
+  std::uint32_t point;  ///< row of Contact::points
+  std::uint32_t face;   ///< row of surface.faces
+};
+
+struct ContactPoint {
+  std::uint32_t index;  ///< node or particle
+  bool particle;
+};
+
+struct Contact {
+  fem::Surface surface;
+  std::vector<ContactPoint> points;
+  std::vector<Candidate> candidates;     ///< pairs that can meet before the lists are made anew
+  std::vector<core::Vec3> point_x; ///< positions when the candidates were found
+  double reach = 0;                      ///< how far anything may move before the candidates are found anew [m]
+  double quiet_until = 0;                ///< time before which no two bodies can meet [s]
+  bool valid = false;
+  std::uint64_t searches = 0, pairs_tested = 0;
+
+  double dissipated = 0;                 ///< kinetic energy that impulses took, cumulative [J]
+  double heated = 0;                     ///< part of it that became heat of matter, cumulative [J]
+  core::Vec3 wall_impulse{0, 0, 0};      ///< given to the matter by rigid walls, cumulative [N s]
+  core::Vec3 wall_angular_impulse{0, 0, 0};
+  std::uint64_t leaks = 0;               ///< crossings of a face's sheet by a point: stays 0
+};
+
+/// True as soon as there is something that could strike something: more than one body, particles and elements, or walls.
+bool contact_possible(const fem::Mesh& mesh, const sph::Particles& particles, const std::vector<Wall>& walls);
+
+/// Corrects the velocities at n + 1/2 so that nothing crosses a face or a wall during the drift over dt. time: of the
+/// step's start [s].
+void resolve_contact(fem::Mesh& mesh, sph::Particles& particles, const std::vector<Wall>& walls,
+                     const ContactSettings& settings, double time, double dt, Contact& contact);
+
+/// The lists no longer fit the arrays (conversion, erosion, restart).
+inline void invalidate(Contact& contact) {
+  contact.valid = false;
+  contact.quiet_until = 0;
+}
+
+}  // namespace coupling

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "coupling/convert.hpp"
+
+namespace coupling {
+
+using core::Vec3;
+
+/// Kinetic energy that the corners of an element carry of its mass [J].
+static double corner_kinetic(const fem::Mesh& mesh, std::size_t el) {
+  double k = 0;
+  for (const auto nd : mesh.elements.node[el]) k += mesh.nodes.v[static_cast<std::size_t>(nd)].squaredNorm();
+  return 0.0625 * mesh.elements.pt.m[el] * k;
+}
+
+/// Trilinear interpolation of a nodal vector at a point of the parent cube.
+static Vec3 at(const fem::Mesh& mesh, std::size_t el, const std::vector<Vec3>& a, const Vec3& xi) {
+  constexpr double sign[8][3] = {{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1},
+                                 {-1, -1, 1},  {1, -1, 1},  {1, 1, 1},  {-1, 1, 1}};
+  Vec3 r = Vec3::Zero();
+  for (std::size_t i = 0; i < 8; ++i)
+    r += 0.125 * (1 + sign[i][0] * xi[0]) * (1 + sign[i][1] * xi[1]) * (1 + sign[i][2] * xi[2]) *
+         a[static_cast<std::size_t>(mesh.elements.node[el][i])];
+  return r;
+}
+
+static void copy_row(core::Points& from, std::size_t row, core::Points& to, std::size_t new_row) {
+  std::vector<std::vector<double>*> source;
+  from.each_field([&](std::vector<double>& a) { source.push_back(&a); });
+  std::size_t k = 0;
+  to.each_field([&](std::vector<double>& a) { a[new_row] = (*source[k++])[row]; });
+}
+
+static double convert(fem::Mesh& mesh, sph::Particles& p, std::size_t el, int n, std::size_t first) {
+  fem::Elements& e = mesh.elements;
+  double kinetic = 0;
+  const double mass = e.pt.m[el] / (n * n * n);
+  std::size_t i = first;
+  for (int a = 0; a < n; ++a)
+    for (int b = 0; b < n; ++b)
+      for (int c = 0; c < n; ++c, ++i) {
+        const Vec3 xi((2 * a + 1.0) / n - 1, (2 * b + 1.0) / n - 1, (2 * c + 1.0) / n - 1);
+        copy_row(e.pt, el, p.pt, i);
+        p.pt.m[i] = mass;
+        p.pt.q[i] = 0;
+        p.x[i] = at(mesh, el, mesh.nodes.x, xi);
+        p.v[i] = at(mesh, el, mesh.nodes.v, xi);
+        p.v_mean[i] = p.v[i];
+        p.body[i] = e.body[el];
+        p.parent[i] = static_cast<std::uint32_t>(el);
+        p.id[i] = static_cast<std::uint32_t>(i);
+        p.spread[i] = 1;
+        p.dt[i] = e.dt[el];
+        sph::set_smoothing_length(p, i);
+        kinetic += 0.5 * mass * p.v[i].squaredNorm();
+      }
+  const double lost = corner_kinetic(mesh, el) - kinetic;
+  for (std::size_t k = first; k < i; ++k) p.pt.e[k] += lost / e.pt.m[el];
+  fem::remove_element(mesh, el, false);
+  return lost;
+}
+
+Removal convert_elements(fem::Mesh& mesh, sph::Particles& particles, std::span<const std::uint32_t> elements,
+                         int per_edge) {
+  Removal r;
+  const std::size_t each = static_cast<std::size_t>(per_edge * per_edge * per_edge);
+  std::size_t next = particles.size();
+  particles.resize(next + each * elements.size());
+  for (const auto el : elements) {
+    r.conversion += convert(mesh, particles, el, per_edge, next);
+    next += each;
+  }
+  return r;
+}
+
+Removal erode_elements(fem::Mesh& mesh, std::span<const std::uint32_t> elements, bool keep_nodes) {
+  Removal r;
+  const fem::Elements& e = mesh.elements;
+  for (const auto el : elements) {
+    r.eroded_internal += e.pt.m[el] * e.pt.e[el];
+    if (!keep_nodes) {
+      r.eroded_kinetic += corner_kinetic(mesh, el);
+      r.eroded_mass += e.pt.m[el];
+      for (const auto node : e.node[el]) {
+        const auto nd = static_cast<std::size_t>(node);
+        const Vec3 momentum = 0.125 * e.pt.m[el] * mesh.nodes.v[nd];
+        r.eroded_momentum += momentum;
+        r.eroded_angular_momentum += mesh.nodes.x[nd].cross(momentum);
+      }
+    }
+    fem::remove_element(mesh, el, keep_nodes);
+  }
+  return r;
+}
+
+}  // namespace coupling

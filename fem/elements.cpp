@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fem/elements.hpp"
+
+#include <algorithm>
+
+namespace fem {
+
+using core::Vec3;
+
+void kick_nodes(Mesh& mesh, double dt) {
+  Nodes& n = mesh.nodes;
+  const double* force = mesh.elements.corner_force.data();
+  core::for_each(n.size(), [&](std::size_t nd) {
+    if (!n.awake[nd] || n.m[nd] == 0) return;
+    Vec3 f = n.f[nd];
+    for (auto k = mesh.corner_start[nd]; k < mesh.corner_start[nd + 1]; ++k) {
+      const std::uint32_t c = mesh.corners[k];
+      const double* at = force + corner_index(c / 8, static_cast<int>(c % 8), 0);
+      f[0] += at[0];
+      f[1] += at[block_size];
+      f[2] += at[2 * block_size];
+    }
+    Vec3 dv = f * (dt / n.m[nd]);
+    for (int d = 0; d < 3; ++d)
+      if (n.fixed[nd] >> d & 1) dv[d] = 0;
+    n.v_mean[nd] = n.v[nd] + 0.5 * dv;
+    n.v[nd] += dv;
+  });
+}
+
+void drift_nodes(Mesh& mesh, double dt) {
+  Nodes& n = mesh.nodes;
+  core::for_each(n.size(), [&](std::size_t nd) {
+    if (n.awake[nd] && n.m[nd] > 0) n.x[nd] += n.v[nd] * dt;
+  });
+}
+
+ElementSums update_awake_elements(Mesh& mesh, const std::vector<material::Material>& materials,
+                                  const ElementSettings& settings, const StepTimes& times) {
+  ElementSums total;
+  const auto& blocks = mesh.awake_blocks;
+  constexpr std::size_t chunk = 16;
+  std::vector<ElementSums> part;
+  for (std::size_t body = 0; body < mesh.body_elements.size(); ++body) {
+    const auto range = mesh.body_elements[body];
+    const auto first = std::lower_bound(blocks.begin(), blocks.end(), range.first / block_size),
+               last = std::lower_bound(first, blocks.end(), range.last / block_size);
+    const std::span<const std::uint32_t> mine(first, last);
+    part.assign((mine.size() + chunk - 1) / chunk, {});
+    const auto& material = materials[static_cast<std::size_t>(mesh.body_material[body])];
+    core::for_each_block(mine.size(), chunk, [&](std::size_t a, std::size_t b) {
+      part[a / chunk] = update_elements(mesh, material, settings, times, mine.subspan(a, b - a));
+    });
+    for (const auto& p : part) total.hourglass += p.hourglass;
+  }
+  return total;
+}
+
+/// Sets nodes.awake from block_awake, and the sorted list of awake blocks.
+static void list_awake(Mesh& mesh) {
+  mesh.awake_blocks.clear();
+  for (std::size_t b = 0; b < mesh.block_awake.size(); ++b)
+    if (mesh.block_awake[b]) mesh.awake_blocks.push_back(static_cast<std::uint32_t>(b));
+}
+
+void sleep_resting(Mesh& mesh) {
+  const Elements& e = mesh.elements;
+  std::fill(mesh.nodes.awake.begin(), mesh.nodes.awake.end(), 0);
+  for (std::size_t b = 0; b < mesh.block_awake.size(); ++b) {
+    bool moving = false;
+    for (std::size_t el = b * block_size; el < (b + 1) * block_size; ++el)
+      for (const auto nd : e.node[el]) moving = moving || !mesh.nodes.v[static_cast<std::size_t>(nd)].isZero(0);
+    mesh.block_awake[b] = moving;
+    if (moving)
+      for (std::size_t el = b * block_size; el < (b + 1) * block_size; ++el)
+        for (const auto nd : e.node[el]) mesh.nodes.awake[static_cast<std::size_t>(nd)] = 1;
+  }
+  list_awake(mesh);
+}
+
+static bool wake_block(Mesh& mesh, std::size_t b) {
+  if (mesh.block_awake[b]) return false;
+  mesh.block_awake[b] = 1;
+  for (std::size_t el = b * block_size; el < (b + 1) * block_size; ++el)
+    for (const auto nd : mesh.elements.node[el]) mesh.nodes.awake[static_cast<std::size_t>(nd)] = 1;
+  return true;
+}
+
+void wake_moving(Mesh& mesh, double threshold) {
+  if (mesh.awake_blocks.size() == mesh.block_awake.size()) return;
+  const double limit = threshold * threshold;
+  bool woke = false;
+  for (std::size_t nd = 0; nd < mesh.nodes.size(); ++nd) {
+    if (!(mesh.nodes.v[nd].squaredNorm() > limit)) continue;
+    for (auto k = mesh.corner_start[nd]; k < mesh.corner_start[nd + 1]; ++k)
+      if (mesh.elements.alive[mesh.corners[k] / 8]) woke |= wake_block(mesh, mesh.corners[k] / 8 / block_size);
+  }
+  if (woke) {
+    list_awake(mesh);
+    drop_dead_blocks(mesh);
+  }
+}
+
+void wake_elements(Mesh& mesh, std::span<const std::uint32_t> elements) {
+  bool woke = false;
+  for (const auto el : elements) woke |= wake_block(mesh, el / block_size);
+  if (woke) {
+    list_awake(mesh);
+    drop_dead_blocks(mesh);
+  }
+}
+
+void drop_dead_blocks(Mesh& mesh) {
+  std::erase_if(mesh.awake_blocks, [&](std::uint32_t b) {
+    for (std::size_t el = b * block_size; el < (b + 1) * block_size; ++el)
+      if (mesh.elements.alive[el]) return false;
+    return true;
+  });
+}
+
+core::MinWhere stable_step(const Mesh& mesh) {
+  const auto& dt = mesh.elements.dt;
+  auto r = core::min_where(n_awake(mesh), [&](std::size_t k) {
+    return dt[mesh.awake_blocks[k / block_size] * block_size + k % block_size];
+  });
+  if (!mesh.awake_blocks.empty()) r.index = mesh.awake_blocks[r.index / block_size] * block_size + r.index % block_size;
+  return r;
+}
+
+}  // namespace fem

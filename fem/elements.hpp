@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// The loops over nodes and elements: kick, drift, update, sleep. The physics of one element is in element_kernel.hpp.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "core/parallel.hpp"
+#include "fem/element_kernel.hpp"
+#include "fem/mesh.hpp"
+
+namespace fem {
+
+/// v(n-1/2) -> v(n+1/2) by the corner forces and nodes.f of time n over `dt`; leaves v_mean, the mean of both, with which
+/// the forces do their work. Corner forces are gathered in fixed order.
+void kick_nodes(Mesh& mesh, double dt);
+
+/// x(n) -> x(n+1) with v(n+1/2).
+void drift_nodes(Mesh& mesh, double dt);
+
+/// Elements of all awake blocks to n + 1. materials[mesh.body_material[body]].
+ElementSums update_awake_elements(Mesh& mesh, const std::vector<material::Material>& materials,
+                                  const ElementSettings& settings, const StepTimes& times);
+
+/// Everything goes to sleep whose nodes are at rest; call at the start only.
+void sleep_resting(Mesh& mesh);
+
+/// Wakes the elements at every node that moves faster than `threshold` [m/s]. A block wakes as a whole. Returns the
+/// number of elements asleep (alive).
+void wake_moving(Mesh& mesh, double threshold);
+
+/// Wakes the blocks of these elements.
+void wake_elements(Mesh& mesh, std::span<const std::uint32_t> elements);
+
+/// Blocks in which nothing is alive any more leave the list.
+void drop_dead_blocks(Mesh& mesh);
+
+/// Rows of awake blocks.
+inline std::size_t n_awake(const Mesh& mesh) { return mesh.awake_blocks.size() * block_size; }
+
+/// The smallest stable step of the awake elements and where.
+core::MinWhere stable_step(const Mesh& mesh);
+
+}  // namespace fem

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fem/mesh.hpp"
+
+#include <fmt/format.h>
+
+#include "core/error.hpp"
+#include "fem/element_kernel.hpp"
+
+namespace fem {
+
+using core::Vec3;
+
+void add_empty_body(Mesh& mesh, int material) {
+  const std::size_t n = mesh.nodes.size(), e = mesh.elements.size();
+  mesh.body_nodes.push_back({n, n});
+  mesh.body_elements.push_back({e, e});
+  mesh.body_material.push_back(material);
+}
+
+void add_body(Mesh& mesh, const HexMesh& body, int material, double rho_0) {
+  Nodes& n = mesh.nodes;
+  Elements& e = mesh.elements;
+  const std::size_t n0 = n.size(), e0 = e.size(), n1 = n0 + body.x.size();
+  const std::size_t e1 = e0 + (body.node.size() + block_size - 1) / block_size * block_size;
+  const std::size_t number = mesh.body_material.size();
+  n.x.insert(n.x.end(), body.x.begin(), body.x.end());
+  n.v.resize(n1, Vec3::Zero());
+  n.v_mean.resize(n1, Vec3::Zero());
+  n.f.resize(n1, Vec3::Zero());
+  n.m.resize(n1, 0.0);
+  n.fixed.resize(n1, 0);
+  n.awake.resize(n1, 1);
+  // Padding rows repeat the last element's corners and stay dead, so that lanes never meet a hole.
+  for (std::size_t el = e0; el < e1; ++el) {
+    auto corners = body.node[std::min(el - e0, body.node.size() - 1)];
+    for (auto& c : corners) c += static_cast<std::int32_t>(n0);
+    e.node.push_back(corners);
+    e.alive.push_back(el - e0 < body.node.size());
+    e.body.push_back(static_cast<std::uint16_t>(number));
+  }
+  e.pt.resize(e1);
+  e.deformation.resize(e1, 0.0);
+  e.ratio_0.resize(e1, 1.0);
+  e.dt.resize(e1, 1e300);
+  e.dt_0.resize(e1, 0.0);
+  e.corner_force.resize(e1 * 24, 0.0);
+  element_volumes(mesh, e.volume_0);
+  for (std::size_t el = e0; el < e1; ++el) {
+    if (!(e.volume_0[el] > 0))
+      throw core::CaseError(fmt::format("element {} of body {} has a volume of {:.3e} m3: its corners are not in order",
+                                        el - e0, number, e.volume_0[el]));
+    if (e.alive[el]) ++mesh.n_alive;
+    e.pt.m[el] = e.alive[el] ? rho_0 * e.volume_0[el] : 0.0;
+    e.pt.rho[el] = rho_0;
+  }
+  mesh.body_nodes.push_back({n0, n1});
+  mesh.body_elements.push_back({e0, e1});
+  mesh.body_material.push_back(material);
+}
+
+void finish(Mesh& mesh) {
+  Nodes& n = mesh.nodes;
+  const Elements& e = mesh.elements;
+  mesh.corner_start.assign(n.size() + 1, 0);
+  const auto each_corner = [&](auto&& f) {
+    for (std::size_t el = 0; el < e.size(); ++el)
+      if (e.alive[el])
+        for (std::uint32_t i = 0; i < 8; ++i)
+          f(static_cast<std::size_t>(e.node[el][i]), static_cast<std::uint32_t>(el * 8 + i));
+  };
+  each_corner([&](std::size_t node, std::uint32_t) { ++mesh.corner_start[node + 1]; });
+  for (std::size_t i = 0; i < n.size(); ++i) mesh.corner_start[i + 1] += mesh.corner_start[i];
+  mesh.corners.resize(mesh.corner_start.back());
+  std::vector<std::uint32_t> next(mesh.corner_start.begin(), mesh.corner_start.end());
+  std::fill(n.m.begin(), n.m.end(), 0.0);
+  each_corner([&](std::size_t node, std::uint32_t corner) {
+    mesh.corners[next[node]++] = corner;
+    n.m[node] += 0.125 * e.pt.m[corner / 8];
+  });
+  mesh.block_awake.assign(e.n_blocks(), 1);
+  mesh.awake_blocks.resize(e.n_blocks());
+  for (std::size_t b = 0; b < e.n_blocks(); ++b) mesh.awake_blocks[b] = static_cast<std::uint32_t>(b);
+}
+
+Vec3 centre(const Mesh& mesh, std::size_t el, const std::vector<Vec3>& a) {
+  Vec3 s = Vec3::Zero();
+  for (const auto node : mesh.elements.node[el]) s += a[static_cast<std::size_t>(node)];
+  return s / 8;
+}
+
+void remove_element(Mesh& mesh, std::size_t el, bool keep_mass) {
+  Elements& e = mesh.elements;
+  e.alive[el] = 0;
+  e.dt[el] = 1e300;
+  e.pt.q[el] = 0;
+  for (int i = 0; i < 8; ++i)
+    for (int d = 0; d < 3; ++d) e.corner_force[corner_index(el, i, d)] = 0;
+  --mesh.n_alive;
+  ++mesh.n_removed;
+  if (keep_mass) return;
+  // The mass left is summed anew from the elements alive, so that it never drifts and ends at exactly zero.
+  for (const auto node : e.node[el]) {
+    const auto nd = static_cast<std::size_t>(node);
+    double m = 0;
+    for (auto k = mesh.corner_start[nd]; k < mesh.corner_start[nd + 1]; ++k)
+      if (e.alive[mesh.corners[k] / 8]) m += 0.125 * e.pt.m[mesh.corners[k] / 8];
+    mesh.nodes.m[nd] = m;
+  }
+}
+
+}  // namespace fem

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+// The finite-element half of the state: nodes, elements, and who touches whom. Plain named arrays.
+// Time levels: positions, stress and energy's pressure at n; velocities at n - 1/2 (between the steps).
+// Elements lie in blocks of eight (one body, one material a block; the last block of a body is padded with dead rows),
+// so that a block fills whole SIMD lanes of any width and corner forces are stored lane by lane.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "core/points.hpp"
+#include "core/types.hpp"
+#include "fem/generate.hpp"
+
+namespace fem {
+
+constexpr std::size_t block_size = 8;
+
+struct Nodes {
+  std::vector<core::Vec3> x;        ///< position [m]
+  std::vector<core::Vec3> v;        ///< velocity [m/s]
+  std::vector<core::Vec3> v_mean;   ///< mean of the velocities before and after the last kick [m/s]: does the forces' work
+  std::vector<core::Vec3> f;        ///< force of bonded particles [N]
+  std::vector<double> m;            ///< lumped mass of the elements alive [kg]; 0: no longer part of anything
+  std::vector<std::uint8_t> fixed;  ///< bits 1, 2, 4: no motion along x, y, z (symmetry planes)
+  std::vector<std::uint8_t> awake;  ///< 1 where an element at the node is awake
+  std::size_t size() const { return m.size(); }
+};
+
+struct Elements {
+  std::vector<std::array<std::int32_t, 8>> node;
+  core::Points pt;
+  std::vector<double> volume_0;     ///< volume as built [m3]
+  std::vector<double> deformation;  ///< total deformation, integral of sqrt(2/3 D:D) dt [-]
+  std::vector<double> ratio_0;      ///< Jacobian ratio as built [-]
+  std::vector<double> dt;           ///< stable time step [s]; 1e300 where dead or asleep
+  std::vector<double> dt_0;         ///< the first one [s]
+  std::vector<double> corner_force; ///< [block][corner * 3 + direction][lane] [N], of time n
+  std::vector<double> hourglass;    ///< [block][mode * 3 + direction][lane] [N]; empty unless the stiffness form is used
+  std::vector<std::uint8_t> alive;  ///< 0: deleted, converted or padding
+  std::vector<std::uint16_t> body;
+  std::size_t size() const { return node.size(); }
+  std::size_t n_blocks() const { return node.size() / block_size; }
+};
+
+/// Index into corner_force of component `direction` of the force at `corner` of element `el`.
+inline std::size_t corner_index(std::size_t el, int corner, int direction) {
+  return (el / block_size) * 24 * block_size + static_cast<std::size_t>(corner * 3 + direction) * block_size +
+         el % block_size;
+}
+
+struct Mesh {
+  Nodes nodes;
+  Elements elements;
+  std::vector<core::Range> body_elements;  ///< of every body, padding included
+  std::vector<core::Range> body_nodes;
+  std::vector<int> body_material;          ///< index into the simulation's materials
+  std::vector<std::uint32_t> corner_start; ///< [nodes + 1] rows of corners
+  std::vector<std::uint32_t> corners;      ///< element * 8 + corner, ascending within a row
+  std::vector<std::uint32_t> awake_blocks; ///< ascending
+  std::vector<std::uint8_t> block_awake;
+  std::size_t n_alive = 0, n_removed = 0;
+};
+
+/// Appends one body at rest with its own nodes. Positions are final (rotated and moved). Throws core::CaseError naming
+/// the first element whose volume is not positive.
+void add_body(Mesh& mesh, const HexMesh& body, int material, double rho_0);
+
+/// Adds an empty body, so that bodies keep their numbers where one is made of particles from the start.
+void add_empty_body(Mesh& mesh, int material);
+
+/// Node-to-corner rows, lumped masses, everything awake. Call once, after the last body.
+void finish(Mesh& mesh);
+
+/// The eight corners of an element.
+template <class Get>
+inline void gather(const Elements& elements, std::size_t el, const std::vector<core::Vec3>& a, Get&& put) {
+  for (int i = 0; i < 8; ++i) {
+    const core::Vec3& v = a[static_cast<std::size_t>(elements.node[el][static_cast<std::size_t>(i)])];
+    for (int d = 0; d < 3; ++d) put(i, d, v[d]);
+  }
+}
+
+/// Mean of the corners [m].
+core::Vec3 centre(const Mesh& mesh, std::size_t el, const std::vector<core::Vec3>& a);
+
+/// Takes an element out: its corners carry no force, and its share of the nodes' mass goes with it unless keep_mass.
+void remove_element(Mesh& mesh, std::size_t el, bool keep_mass);
+
+/// Exposed faces of alive elements of the given body, as (element, local face), ascending.
+struct Face {
+  std::uint32_t element;
+  std::uint8_t face;
+};
+
+}  // namespace fem

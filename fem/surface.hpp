@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+// The outer skin of a mesh that loses elements: faces that belong to one alive element only. Built when contact first
+// needs it, kept up as elements go.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "fem/mesh.hpp"
+
+namespace fem {
+
+struct Surface {
+  std::vector<std::array<std::int32_t, 6>> neighbour;  ///< element across each local face, -1: none (never was)
+  std::vector<Face> faces;                             ///< exposed, ascending by (element, face), without those on symmetry planes
+  std::vector<std::uint32_t> nodes;                    ///< nodes of exposed faces, ascending
+  std::size_t n_removed = 0;                           ///< elements removed when the lists were made
+  bool built = false;
+};
+
+/// Brings the lists up to date with the elements alive.
+void update_surface(const Mesh& mesh, Surface& surface);
+
+}  // namespace fem

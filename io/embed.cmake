@@ -1,0 +1,14 @@
+# Writes OUTPUT, a C++ source whose material_library_text() returns the text of INPUT. Strings are cut into pieces because
+# the standard promises no more than 64 KiB for one literal.
+file(READ ${INPUT} text)
+string(LENGTH "${text}" length)
+set(source "// Made from material/library.toml.\nnamespace io {\nextern const char* const material_library_text;\n")
+string(APPEND source "const char* const material_library_text =\n")
+set(first 0)
+while(first LESS length)
+  string(SUBSTRING "${text}" ${first} 8000 piece)
+  string(APPEND source "R\"library(${piece})library\"\n")
+  math(EXPR first "${first} + 8000")
+endwhile()
+string(APPEND source "\"\";\n}  // namespace io\n")
+file(WRITE ${OUTPUT} "${source}")

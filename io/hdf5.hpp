@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+// HDF5 files with plain calls: arrays of one or two dimensions, attributes, groups. Every failure is a core::GuardError
+// that names the file, what was being done and why (the system's words). Room on the disk is claimed before an array is
+// written, so that a full disk is met before the file is touched.
+// T is double, float, int32_t, int64_t, uint8_t, uint32_t or uint64_t.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace io::hdf5 {
+
+enum class Access { read, modify, create };
+
+/// Rows and columns of an array; columns is 1 for one dimension.
+struct Extent {
+  std::size_t rows = 0, columns = 1;
+  int dimensions = 1;
+  std::size_t size() const { return rows * columns; }
+};
+
+class File {
+ public:
+  File(const std::string& path, Access access);
+  ~File();  ///< closes; errors are lost, so call close() after writing
+  File(File&& other) noexcept;
+  File& operator=(File&& other) noexcept;
+  File(const File&) = delete;
+  File& operator=(const File&) = delete;
+
+  /// Flushes and closes; throws where the data did not reach the file.
+  void close();
+
+  /// Claims room for `bytes` more; `what` is named in the error. write() does it for its own array.
+  void claim(std::size_t bytes, const std::string& what);
+
+  /// Groups on the way are made. columns = 0 writes one dimension. deflate 1 ... 9 compresses, 0 does not.
+  template <class T>
+  void write(const std::string& name, const T* data, std::size_t rows, std::size_t columns = 0, int deflate = 0);
+  template <class T>
+  void write(const std::string& name, const std::vector<T>& data, int deflate = 0) {
+    write(name, data.data(), data.size(), 0, deflate);
+  }
+
+  Extent extent(const std::string& name) const;
+  /// Reads into data[extent(name).size()], which must hold `size` values. The stored type must be T.
+  template <class T>
+  void read(const std::string& name, T* data, std::size_t size) const;
+  template <class T>
+  std::vector<T> read(const std::string& name) const {
+    std::vector<T> data(extent(name).size());
+    read(name, data.data(), data.size());
+    return data;
+  }
+
+  /// Attributes of a group or array ("/" is the file itself). An existing one is replaced.
+  void set_attribute(const std::string& object, const std::string& name, double value);
+  void set_attribute(const std::string& object, const std::string& name, std::int64_t value);
+  void set_attribute(const std::string& object, const std::string& name, const std::string& value);
+  bool has_attribute(const std::string& object, const std::string& name) const;
+  double real_attribute(const std::string& object, const std::string& name) const;
+  std::int64_t integer_attribute(const std::string& object, const std::string& name) const;
+  std::string text_attribute(const std::string& object, const std::string& name) const;
+  /// Attributes of a group made by make_group that hold one real number, in the order in which they were made.
+  std::vector<std::pair<std::string, double>> real_attributes(const std::string& object) const;
+
+  void make_group(const std::string& name);
+  bool has(const std::string& name) const;
+  std::vector<std::string> children(const std::string& group) const;  ///< sorted by name
+  void remove(const std::string& name);
+
+  const std::string& path() const { return path_; }
+
+ private:
+  int trim(std::uint64_t end) const;
+  template <class T>
+  void write_attribute(const std::string& object, const std::string& name, T value);
+  template <class T>
+  T read_attribute(const std::string& object, const std::string& name) const;
+
+  std::string path_;
+  std::int64_t id_ = -1;
+  int descriptor_ = -1;  ///< of our own, for claiming room
+  bool writable_ = false;
+};
+
+}  // namespace io::hdf5

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+// Materials from the library (material/library.toml, built into the program) and from a case's [materials.NAME].
+// A group (eos, strength, damage, spall, phase) names its model and every constant of it; with `base`, a group without
+// model or with the base's model takes the constants it does not state from there.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "io/toml_reader.hpp"
+#include "material/material.hpp"
+
+namespace io {
+
+/// A material of the library. Throws CaseError with the nearest names.
+material::Material find_material(const std::string& name);
+
+/// Names in the library, in its order.
+std::vector<std::string> material_names();
+
+/// Materials of a case: its own first, then the library's.
+class Materials {
+ public:
+  /// `own` is the case's [materials] table, or null.
+  explicit Materials(const toml_reader::Node* own = nullptr);
+
+  bool has(const std::string& name) const;
+  material::Material find(const std::string& name) const;
+  std::vector<std::string> names() const;
+  std::vector<std::string> own_names() const;
+
+ private:
+  toml_reader::Node merged(const std::string& name, std::vector<std::string>& chain) const;
+
+  toml_reader::Node own_;
+};
+
+/// [materials.NAME] in full: SI numbers with all their digits, sources kept.
+std::string write_material(const material::Material& m);
+
+}  // namespace io

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+// Snapshots of a run: DIR/run.h5 with one group a snapshot (/step_000123), and DIR/run.xdmf that shows them to ParaView
+// as a series in time of two blocks, elements (hexahedra) and particles (points). The file is closed between snapshots,
+// so that it can be looked at while the run goes on. Format: XDMF 3, https://xdmf.org/index.php/XDMF_Model_and_Format.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/types.hpp"
+
+namespace io {
+
+struct Snapshot {
+  double time = 0;                                               ///< [s]
+  std::int64_t step = 0;
+  std::vector<core::Vec3> node_x, node_v;                        ///< [m], [m/s]
+  std::vector<std::array<std::int32_t, 8>> element_node;         ///< corners, order of fem/generate.hpp
+  std::vector<core::Vec3> particle_x, particle_v;                ///< [m], [m/s]
+  struct Field {
+    std::string name;                                            ///< mass, density, pressure, speed, temperature, damage ...
+    std::vector<double> element, particle;                       ///< one a row, or empty where a block does not have it
+  };
+  std::vector<Field> fields;                                     ///< come back sorted by name
+  std::vector<std::pair<std::string, double>> scalars;           ///< anything else, order kept
+  /// The field of that name, or null.
+  const Field* find(const std::string& name) const;
+};
+
+/// What run.xdmf has to know of one snapshot.
+struct SnapshotEntry {
+  std::string group;
+  double time = 0;
+  std::int64_t step = 0;
+  std::size_t n_nodes = 0, n_elements = 0, n_particles = 0;
+  std::vector<std::string> element_fields, particle_fields;
+};
+
+class SnapshotWriter {
+ public:
+  /// Makes DIR where needed and an empty run.h5 and run.xdmf in it, replacing what was there.
+  explicit SnapshotWriter(const std::string& dir);
+  /// Goes on with the run.h5 in DIR: snapshots later than `time` are dropped. A file that can no longer be read (killed
+  /// while writing) is moved to run.h5.damaged and a new one begun; note() says so.
+  static SnapshotWriter reopen(const std::string& dir, double time);
+
+  /// Adds a snapshot; one of the same step is replaced. Throws GuardError for a full disk (run.h5 keeps what it had) and
+  /// for a number that is not finite.
+  void append(const Snapshot& s);
+
+  std::size_t size() const { return entries_.size(); }
+  const std::string& note() const { return note_; }
+
+ private:
+  struct Existing {};
+  SnapshotWriter(const std::string& dir, Existing) : dir_(dir) {}
+  std::string h5_path() const { return dir_ + "/run.h5"; }
+  void write_xdmf() const;
+
+  std::string dir_;
+  std::vector<SnapshotEntry> entries_;
+  std::string note_;
+};
+
+/// Times of the snapshots in a run.h5 (or in the folder that holds it), increasing.
+std::vector<double> snapshot_times(const std::string& path);
+/// One snapshot; index -1 is the last, -2 the one before it.
+Snapshot read_snapshot(const std::string& path, int index = -1);
+
+}  // namespace io

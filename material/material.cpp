@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "material/material.hpp"
+
+#include "core/error.hpp"
+
+namespace material {
+
+namespace {
+
+void require(bool ok, const Material& m, const std::string& what) {
+  if (!ok) throw core::CaseError("material '" + m.name + "': " + what);
+}
+
+std::string number(double a) { return std::to_string(a); }
+
+void check(const NoStrength&, const Material&) {}
+
+void check(const PerfectlyPlastic& s, const Material& m) {
+  require(s.G > 0, m, "strength.G is " + number(s.G) + " Pa, must be positive; use model = \"none\" for a fluid");
+  require(s.Y >= 0, m, "strength.Y is " + number(s.Y) + " Pa, must not be negative");
+}
+
+void check(const JohnsonCook& s, const Material& m) {
+  require(s.G > 0, m, "strength.G is " + number(s.G) + " Pa, must be positive");
+  require(s.A >= 0 && s.B >= 0, m, "strength.A and B must not be negative");
+  require(s.n > 0 || s.B == 0, m, "strength.n is " + number(s.n) + ", must be positive");
+  require(s.m > 0, m, "strength.m is " + number(s.m) + ", must be positive");
+  require(s.rate_0 > 0, m, "strength.rate_0 is " + number(s.rate_0) + " 1/s, must be positive");
+  require(s.T_melt > s.T_room, m, "strength.T_melt must exceed T_room");
+}
+
+void check(const SteinbergGuinan& s, const Material& m) {
+  require(s.G_0 > 0, m, "strength.G_0 is " + number(s.G_0) + " Pa, must be positive");
+  require(s.Y_0 >= 0 && s.Y_max >= s.Y_0, m, "strength.Y_max must be at or above Y_0, and Y_0 not negative");
+  require(s.n >= 0 && s.beta >= 0 && s.eps_i >= 0, m, "strength.n, beta and eps_i must not be negative");
+  require(s.T_melt_0 > 0, m, "strength.T_melt_0 must be positive");
+}
+
+double modulus(const NoStrength&) { return 0; }
+double modulus(const PerfectlyPlastic& s) { return s.G; }
+double modulus(const JohnsonCook& s) { return s.G; }
+double modulus(const SteinbergGuinan& s) { return s.G_0; }
+
+}  // namespace
+
+void prepare(Material& m) {
+  require(m.rho_0 > 0, m, "rho_0 is " + number(m.rho_0) + " kg/m3, must be positive");
+  require(m.spall > 0, m, "spall limit is " + number(m.spall) + " Pa, must be positive");
+  std::visit([&](const auto& s) { check(s, m); }, m.strength);
+  if (m.damage) {
+    require(m.damage->rate_0 > 0, m, "damage.rate_0 must be positive");
+    require(m.damage->T_melt > m.damage->T_room, m, "damage.T_melt must exceed T_room");
+  }
+  eos::prepare(m.eos);
+}
+
+double shear_modulus(const Strength& strength) {
+  return std::visit([](const auto& s) { return modulus(s); }, strength);
+}
+
+}  // namespace material

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+// THE point update, shared by elements and particles: brings a material point from step n to n+1.
+//
+// Time levels. Positions, density and stress live at n and n+1, velocities and the compatible energy at half steps. On entry
+// e holds the work that the forces of n have done up to n+1/2; it is not touched here. The equation of state at n+1 needs
+// the energy at n+1, estimated from half the step's work with the stress of n (the predictor of Wilkins, 1964, without
+// its corrector: the energy that is booked is the compatible one, so an error here does not accumulate):
+//   e_est = e + [-(p + q) tr d + s:d] / (2 rho_mid),   rho_mid = (rho + rho_new)/2
+// Then p, c, T; strength by radial return (material/radial_return.hpp); failure:
+//   spall     p < -spall: the point fails;
+//   damage    grows by d(eps_p)/eps_f; at 1 the point fails.
+// A failed point is powder: s = 0 and p >= 0 from then on, plastic strain and damage stay as they are. Strain rate: the step's
+// equivalent deviatoric strain sqrt(2/3 d':d') over dt (elastic part included, which is negligible once matter flows).
+#pragma once
+
+#include <type_traits>
+
+#include "material/johnson_cook.hpp"
+#include "material/johnson_cook_damage.hpp"
+#include "material/radial_return.hpp"
+#include "material/steinberg_guinan.hpp"
+
+namespace material {
+
+/// One point (T = double) or lanes of points (T = core::Pack) in registers; fields as in core::Points.
+template <class T>
+struct Point {
+  T rho, e, p, c, temperature;
+  T s[6];  ///< xx yy zz xy yz zx
+  T eps_p, damage;
+};
+
+/// What the motion does to a point over a step.
+template <class T>
+struct Increment {
+  T d[6];  ///< strain increment D dt, tensor shear components [-]
+  T w[3];  ///< rotation increment, half curl(v) dt [rad]
+};
+
+/// Shear modulus in the reference state [Pa].
+inline double shear_modulus_of(const PerfectlyPlastic& s) { return s.G; }
+inline double shear_modulus_of(const JohnsonCook& s) { return s.G; }
+inline double shear_modulus_of(const SteinbergGuinan& s) { return s.G_0; }
+
+/// Strength and damage over the step at the new state `at`; fails what has reached the end.
+template <class Law, class T>
+void update_strength(const Material& m, const Law& law, double dt, FlowState<T> at, const Increment<T>& inc,
+                     Point<T>& pt) {
+  using core::select;
+  rotate(pt.s, inc.w);
+  const T third = (inc.d[core::xx] + inc.d[core::yy] + inc.d[core::zz]) * T(1.0 / 3.0);
+  T dev[6];
+  for (int i = 0; i < 6; ++i) dev[i] = i < 3 ? inc.d[i] - third : inc.d[i];
+  const T strain = core::sqrt(T(2.0 / 3.0) * contract(dev, dev));
+  at.rate = strain / T(dt);
+
+  const auto law_now = flow(law, at);
+  const auto whole = pt.damage < T(1.0);
+  const T G = select(whole, law_now.G, T(0.0));
+  const T sigma_old = effective_stress(pt.s);
+  for (int i = 0; i < 6; ++i) pt.s[i] = select(whole, pt.s[i] + T(2.0) * G * dev[i], T(0.0));
+  const T sigma_trial = effective_stress(pt.s);
+
+  const T largest = strain + sigma_old / T(3.0 * shear_modulus_of(law));
+  const Return<T> back = plastic_increment(law_now, sigma_trial, pt.eps_p, largest);
+  const T increment = select(whole, back.increment, T(0.0));
+  const auto outside = sigma_trial > back.Y;
+  const T scale = select(outside, back.Y / core::max(sigma_trial, T(1e-300)), T(1.0));
+  pt.eps_p += increment;
+  if (m.damage && core::any(increment > T(0.0))) {
+    const T eps_f = fracture_strain(*m.damage, pt.p, scale * sigma_trial, at.rate, at.temperature);
+    pt.damage = core::min(pt.damage + increment / eps_f, T(1.0));
+  }
+  const auto carries = pt.damage < T(1.0);
+  for (int i = 0; i < 6; ++i) pt.s[i] = select(carries, scale * pt.s[i], T(0.0));
+  pt.c = core::sqrt(pt.c * pt.c + select(carries, G, T(0.0)) * T(4.0 / 3.0) / pt.rho);
+}
+
+/// Brings a point from step n to n+1. rho_new is the new density [kg/m3]; q the bulk viscous pressure at n [Pa], which adds
+/// to p in the energy estimate only; dt [s] > 0.
+template <class T>
+void update(const Material& m, double dt, T rho_new, const Increment<T>& inc, T q, Point<T>& pt) {
+  using core::select;
+  const T trace = inc.d[core::xx] + inc.d[core::yy] + inc.d[core::zz];
+  const T work = contract(pt.s, inc.d) - (pt.p + q) * trace;
+  const T e_est = pt.e + work / (pt.rho + rho_new);
+  const eos::State<T> state = eos::state(m.eos, rho_new, e_est);
+  pt.rho = rho_new;
+  pt.p = state.p;
+  pt.c = core::sqrt(state.c2);
+  pt.temperature = state.temperature;
+  pt.damage = select(pt.p < T(-m.spall), T(1.0), pt.damage);
+
+  std::visit(
+      [&](const auto& law) {
+        if constexpr (std::is_same_v<std::decay_t<decltype(law)>, NoStrength>) {
+          for (T& a : pt.s) a = T(0.0);
+        } else {
+          update_strength(m, law, dt, FlowState<T>{rho_new / T(m.rho_0), pt.p, pt.temperature, T(0.0)}, inc, pt);
+        }
+      },
+      m.strength);
+  pt.p = select(pt.damage < T(1.0), pt.p, core::max(pt.p, T(0.0)));
+}
+
+}  // namespace material

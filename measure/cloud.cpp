@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: Apache-2.0
+// Debris clouds. Axial means along the projectile's line of flight (direction d, through the point of aim), radial across
+// it; the angle of a velocity is atan2(radial, axial). A percentile is the smallest value that at least that part of the
+// weight (mass, or axial momentum) does not exceed. Keys follow docs/measurements.md.
+// Half-angle to the outermost projectile material: Campbell & Vignjevic, Int. J. Impact Engng 20 (1997) 143.
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "measure/families.hpp"
+
+namespace measure {
+namespace {
+
+using core::Vec3;
+using Rows = std::vector<std::uint32_t>;
+
+constexpr double spray_part = 0.90, nearly_all = 0.99, nearly_none = 0.01;
+constexpr double fast_speed = 0.5;  // of the impact speed
+
+/// The smallest value that `part` of the weight does not exceed.
+std::optional<double> percentile(std::vector<std::pair<double, double>> value_weight, double part) {
+  std::sort(value_weight.begin(), value_weight.end());
+  double total = 0, sum = 0;
+  for (const auto& [value, weight] : value_weight) total += weight;
+  if (value_weight.empty() || total <= 0) return std::nullopt;
+  for (const auto& [value, weight] : value_weight)
+    if ((sum += weight) >= part * total * (1 - 1e-12)) return value;
+  return value_weight.back().first;
+}
+
+/// Positions and velocities relative to the line of flight.
+class Flight {
+ public:
+  Flight(const Whole& whole, const Scene& scene) : whole_(whole), aim_(scene.aim) {}
+  double axial_velocity(std::uint32_t row) const { return whole_.matter.v[row].dot(whole_.flight); }
+  double radial_velocity(std::uint32_t row) const { return across(whole_.matter.v[row]); }
+  double angle(std::uint32_t row) const { return std::atan2(radial_velocity(row), axial_velocity(row)); }
+  double axial_position(std::uint32_t row) const { return (whole_.matter.x[row] - aim_).dot(whole_.flight); }
+  double radius(std::uint32_t row) const { return across(whole_.matter.x[row] - aim_); }
+
+ private:
+  double across(const Vec3& a) const { return (a - a.dot(whole_.flight) * whole_.flight).norm(); }
+  const Whole& whole_;
+  Vec3 aim_;
+};
+
+/// Percentile over rows; value(row) and weight(row).
+template <class Value, class Weight>
+std::optional<double> percentile_of(const Rows& rows, double part, Value value, Weight weight) {
+  std::vector<std::pair<double, double>> pairs;
+  pairs.reserve(rows.size());
+  for (const std::uint32_t row : rows) pairs.emplace_back(value(row), weight(row));
+  return percentile(std::move(pairs), part);
+}
+
+template <class Keep>
+Rows rows_where(const Rows& rows, Keep keep) {
+  Rows result;
+  std::copy_if(rows.begin(), rows.end(), std::back_inserter(result), keep);
+  return result;
+}
+
+/// Part of a phase change that is done at specific energy e.
+double progress(double e, double begins, double complete) {
+  if (e < begins || begins >= 1e300) return 0;
+  return complete > begins ? std::min(1.0, (e - begins) / (complete - begins)) : 1.0;
+}
+
+class Cloud {
+  double m(std::uint32_t row) const { return whole_.matter.m[row]; }
+  auto mass() const {
+    return [this](std::uint32_t row) { return m(row); };
+  }
+
+ public:
+  Cloud(const Whole& whole, const Scene& scene, std::size_t plate, Result& result)
+      : whole_(whole), scene_(scene), flight_(whole, scene), frame_(plate_frame(scene, scene.plates[plate])),
+        rows_(cloud_rows(whole, scene, plate)),
+        prefix_(plate == 0 ? "cloud." : scene.bodies[scene.plates[plate]].name + ".cloud."), result_(result) {}
+
+  void totals() {
+    double mass = 0, momentum = 0, energy = 0;
+    for (const std::uint32_t row : rows_) {
+      mass += m(row);
+      momentum += m(row) * flight_.axial_velocity(row);
+      energy += 0.5 * m(row) * whole_.matter.v[row].squaredNorm();
+    }
+    put("mass", mass, "kg");
+    put("momentum", momentum, "N s");
+    put("kinetic_energy", energy, "J");
+  }
+
+  void angles() {
+    const auto angle = [&](std::uint32_t row) { return flight_.angle(row); };
+    put("spray_half_angle", percentile_of(rows_, spray_part, angle, [&](std::uint32_t row) {
+          return m(row) * flight_.axial_velocity(row);
+        }), "rad");
+    const Rows fast = rows_where(rows_, [&](std::uint32_t row) {
+      return flight_.axial_velocity(row) > fast_speed * whole_.impact_speed;
+    });
+    put("fast_half_angle", percentile_of(fast, nearly_all, angle, mass()), "rad");
+    const auto outermost = std::max_element(rows_.begin(), rows_.end(), [&](std::uint32_t i, std::uint32_t j) {
+      return projectile_radius(i) < projectile_radius(j);
+    });
+    if (outermost != rows_.end() && projectile_radius(*outermost) >= 0)
+      put("half_angle_outer_projectile", angle(*outermost), "rad");
+    envelope();
+  }
+
+  void velocities() {
+    const auto axial = [&](std::uint32_t row) { return flight_.axial_velocity(row); };
+    const auto radial = [&](std::uint32_t row) { return flight_.radial_velocity(row); };
+    put("axial_velocity_front", percentile_of(rows_, nearly_all, axial, mass()), "m/s");
+    put("axial_velocity_rear", percentile_of(rows_, nearly_none, axial, mass()), "m/s");
+    put("radial_velocity_max", percentile_of(rows_, nearly_all, radial, mass()), "m/s");
+  }
+
+  void shape() {
+    const auto axial = [&](std::uint32_t row) { return flight_.axial_position(row); };
+    const auto front = percentile_of(rows_, nearly_all, axial, mass());
+    const auto rear = percentile_of(rows_, nearly_none, axial, mass());
+    const auto radius =
+        percentile_of(rows_, nearly_all, [&](std::uint32_t row) { return flight_.radius(row); }, mass());
+    if (!front || !rear || !radius) return;
+    put("length", *front - *rear, "m");
+    put("width", 2 * *radius, "m");
+  }
+
+  void phases() {
+    double all = 0, melted = 0, vapour = 0, projectile = 0, projectile_melted = 0;
+    for (const std::uint32_t row : rows_) {
+      const BodyScene& body = scene_.bodies[whole_.matter.body[row]];
+      const double e = whole_.matter.e[row], melt = m(row) * progress(e, body.e_melt, body.e_melted);
+      all += m(row);
+      melted += melt;
+      vapour += m(row) * progress(e, body.e_vapour, body.e_vaporised);
+      if (!body.is_projectile) continue;
+      projectile += m(row);
+      projectile_melted += melt;
+    }
+    if (all > 0) put("melt_fraction", melted / all, ""), put("vapour_fraction", vapour / all, "");
+    if (projectile > 0) put("projectile_melt_fraction", projectile_melted / projectile, "");
+  }
+
+ private:
+  double projectile_radius(std::uint32_t row) const {
+    return scene_.bodies[whole_.matter.body[row]].is_projectile ? flight_.radius(row) : -1;
+  }
+
+  /// Cone with its tip where the line of flight meets the plate's mid-plane, over debris that left the plate well behind.
+  void envelope() {
+    const Vec3 normal = frame_.axes.row(2).transpose();
+    const double closing = whole_.flight.dot(normal);
+    if (closing == 0) return;
+    const double tip = (frame_.origin - scene_.aim).dot(normal) / closing;
+    const double least = -(frame_.half.z() + scene_.projectile_size);
+    const Rows far = rows_where(rows_, [&](std::uint32_t row) {
+      return frame_.local(whole_.matter.x[row]).z() < least && flight_.axial_position(row) > tip;
+    });
+    const auto angle = [&](std::uint32_t row) {
+      return std::atan2(flight_.radius(row), flight_.axial_position(row) - tip);
+    };
+    put("envelope_half_angle", percentile_of(far, nearly_all, angle, mass()), "rad");
+  }
+
+  void put(const char* key, std::optional<double> value, const char* unit) {
+    if (value) add(result_, prefix_ + key, *value, unit);
+  }
+
+  const Whole& whole_;
+  const Scene& scene_;
+  Flight flight_;
+  PlateFrame frame_;
+  Rows rows_;
+  std::string prefix_;
+  Result& result_;
+};
+
+}  // namespace
+
+std::vector<std::uint32_t> cloud_rows(const Whole& whole, const Scene& scene, std::size_t plate_index) {
+  const PlateFrame frame = plate_frame(scene, scene.plates[plate_index]);
+  const auto later = scene.plates.begin() + static_cast<std::ptrdiff_t>(plate_index) + 1;
+  Rows rows;
+  for (std::size_t row = 0; row < whole.size(); ++row) {
+    if (!whole.debris[row] || whole.matter.v[row].dot(whole.flight) <= 0) continue;
+    if (frame.local(whole.matter.x[row]).z() >= -frame.half.z()) continue;
+    if (std::find(later, scene.plates.end(), whole.matter.body[row]) != scene.plates.end()) continue;
+    rows.push_back(static_cast<std::uint32_t>(row));
+  }
+  return rows;
+}
+
+void measure_cloud_behind(const Whole& whole, const Scene& scene, std::size_t plate_index, Result& result) {
+  Cloud cloud(whole, scene, plate_index, result);
+  cloud.totals();
+  cloud.angles();
+  cloud.velocities();
+  cloud.shape();
+  cloud.phases();
+}
+
+void measure_debris_behind(const Whole& whole, const Scene& scene, std::size_t plate_index, Result& result) {
+  double mass = 0;
+  for (const std::uint32_t row : cloud_rows(whole, scene, plate_index)) mass += whole.matter.m[row];
+  add(result, scene.bodies[scene.plates[plate_index]].name + ".debris_mass_behind", mass, "kg");
+}
+
+void measure_ejecta(const Whole& whole, const Scene& scene, Result& result) {
+  const PlateFrame frame = plate_frame(scene, scene.plates.front());
+  const Vec3 normal = frame.axes.row(2).transpose();
+  double mass = 0, momentum = 0;
+  for (std::size_t row = 0; row < whole.size(); ++row) {
+    const Vec3& v = whole.matter.v[row];
+    if (!whole.debris[row] || v.dot(normal) <= 0 || frame.local(whole.matter.x[row]).z() <= frame.half.z()) continue;
+    mass += whole.matter.m[row];
+    momentum -= whole.matter.m[row] * v.dot(whole.flight);
+  }
+  add(result, "ejecta.mass", mass, "kg");
+  add(result, "ejecta.momentum", momentum, "N s");
+}
+
+}  // namespace measure

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+// The order of all measurements: each plate in turn, the clouds, what flew back, the fragments, the pressure.
+#include <cmath>
+
+#include "measure/families.hpp"
+
+namespace measure {
+namespace {
+
+void measure_pressure(const Scene& scene, Result& result) {
+  const auto put = [&](const char* key, double p) {
+    if (p > 0) add(result, key, p, "Pa");
+  };
+  put("peak_pressure", scene.peak_pressure_axis);
+  put("peak_pressure_hugoniot", scene.peak_pressure_axis_hugoniot);
+  put("peak_pressure_max", scene.peak_pressure_max);
+}
+
+void measure_plate(const Whole& whole, const Scene& scene, int body, Result& result) {
+  if (!whole.rims[body].exists) return;
+  const Plate plate = make_plate(whole, scene, body);
+  measure_wall(whole, scene, plate, result);
+  measure_hole(whole, plate, result);
+  measure_crater(plate, result);
+}
+
+}  // namespace
+
+void add(Result& result, const std::string& key, double value, const std::string& unit) {
+  if (std::isfinite(value)) result.values.push_back({key, value, unit});
+}
+
+Result measure(const Matter& matter, const Scene& scene) {
+  const Whole whole = make_whole(matter, scene);
+  Result result;
+  for (const int body : whole.plates) measure_plate(whole, scene, body, result);
+  if (whole.impact_speed > 0 && !scene.plates.empty()) {
+    for (std::size_t k = 0; k < scene.plates.size(); ++k) measure_cloud_behind(whole, scene, k, result);
+    for (std::size_t k = 0; k < scene.plates.size(); ++k) measure_debris_behind(whole, scene, k, result);
+    measure_ejecta(whole, scene, result);
+  }
+  if (whole.impact_speed > 0) measure_fragments(whole, scene, result);
+  measure_pressure(scene, result);
+  return result;
+}
+
+Result measure_cloud(const Matter& matter, const Scene& scene, std::size_t plate_index) {
+  Result result;
+  if (scene.impact_velocity.norm() <= 0 || plate_index >= scene.plates.size()) return result;
+  const Whole whole = make_whole(matter, scene);
+  measure_cloud_behind(whole, scene, plate_index, result);
+  return result;
+}
+
+}  // namespace measure

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a wall suffered as a whole: perforated or not, how far its back bulges, the impulse it took.
+#include <algorithm>
+#include <cmath>
+
+#include "measure/families.hpp"
+
+namespace measure {
+namespace {
+
+/// How far the held material reaches beyond the back face as built.
+double bulge(const Plate& plate) {
+  const double back = -plate.frame.half.z();
+  double lowest = back;
+  for (const Quad& q : plate.held.quads)
+    for (const core::Vec3& x : q.x) lowest = std::min(lowest, x.z());
+  for (const Sphere& s : plate.held.spheres) lowest = std::min(lowest, s.x.z() - 0.5 * s.spacing);
+  return back - lowest;
+}
+
+}  // namespace
+
+Plate make_plate(const Whole& whole, const Scene& scene, int body) {
+  Plate plate;
+  plate.body = body;
+  plate.name = scene.bodies[body].name;
+  plate.frame = plate_frame(scene, body);
+  plate.joined = surface_of(whole, plate.frame, body, whole.joined);
+  plate.held = surface_of(whole, plate.frame, body, whole.held);
+  plate.settled = surface_of(whole, plate.frame, body, whole.settled);
+  plate.window = disturbed_window(plate.joined, plate.frame);
+  plate.opening = find_opening(plate.joined, plate.window);
+  return plate;
+}
+
+void measure_wall(const Whole& whole, const Scene& scene, const Plate& plate, Result& result) {
+  add(result, plate.name + ".perforated", plate.opening.through ? 1 : 0, "bool");
+  add(result, plate.name + ".bulge", bulge(plate), "m");
+  add(result, plate.name + ".rim_displacement", whole.rims[plate.body].displacement, "m");
+  const core::Vec3 normal = plate.frame.axes.row(2).transpose();
+  add(result, plate.name + ".impulse", std::abs(normal.dot(scene.bodies[plate.body].impulse)), "N s");
+}
+
+}  // namespace measure

@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which matter belongs to which plate: connected pieces (union-find) that hold the plate's outer rim. Elements of one
+// piece share a node; particles hang on by bonds. Only a plate's own material belongs to it.
+#include "measure/whole.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace measure {
+namespace {
+
+using core::Vec3;
+
+constexpr double rim_begins = 0.98;  // of the half edges
+
+class UnionFind {
+ public:
+  explicit UnionFind(std::size_t n) : parent_(n) {
+    for (std::size_t i = 0; i < n; ++i) parent_[i] = static_cast<std::uint32_t>(i);
+  }
+  std::uint32_t root(std::uint32_t i) {
+    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+    return i;
+  }
+  void join(std::uint32_t i, std::uint32_t j) {
+    i = root(i), j = root(j);
+    if (i != j) parent_[std::max(i, j)] = std::min(i, j);  // the lowest row is the root, whatever the order
+  }
+
+ private:
+  std::vector<std::uint32_t> parent_;
+};
+
+/// How far out a row of a plate reaches, 1 at the edge.
+double reach(const Matter& m, const PlateFrame& frame, std::size_t row) {
+  const Vec3 local = frame.local(m.x[row]);
+  if (row >= m.n_elements) return frame.rim(local) + 0.5 * m.size[row] / std::min(frame.half.x(), frame.half.y());
+  double r = 0;
+  for (const std::int32_t nd : m.node[row]) r = std::max(r, frame.rim(frame.local(m.node_x[nd])));
+  return r;
+}
+
+/// Rows of a plate that touch its edge and stayed in its slab; where there are none, those that reach farthest.
+std::vector<std::uint32_t> rim_rows(const Whole& whole, const PlateFrame& frame, int body) {
+  const Matter& m = whole.matter;
+  std::vector<std::uint32_t> candidates;
+  std::vector<double> reaches;
+  double farthest = 0;
+  for (std::size_t row = 0; row < whole.size(); ++row) {
+    if (m.body[row] != body || std::abs(frame.local(m.x[row]).z()) > frame.thickness) continue;
+    if (whole.impact_speed > 0 && m.v[row].norm() > loose_speed * whole.impact_speed) continue;
+    const double r = reach(m, frame, row);
+    candidates.push_back(static_cast<std::uint32_t>(row));
+    reaches.push_back(r);
+    farthest = std::max(farthest, r);
+  }
+  const double least = std::min(rim_begins, rim_begins * farthest);
+  std::vector<std::uint32_t> rim;
+  for (std::size_t k = 0; k < candidates.size(); ++k)
+    if (reaches[k] >= least) rim.push_back(candidates[k]);
+  return rim;
+}
+
+Rim rim_motion(const Matter& m, const PlateFrame& frame, std::span<const std::uint32_t> rows) {
+  Rim rim;
+  double mass = 0, moment = 0;
+  Vec3 momentum = Vec3::Zero();
+  for (const std::uint32_t row : rows) {
+    mass += m.m[row];
+    momentum += m.m[row] * m.v[row];
+    moment += m.m[row] * frame.local(m.x[row]).z();
+  }
+  rim.exists = mass > 0;
+  if (rim.exists) rim.velocity = momentum / mass, rim.displacement = moment / mass;
+  return rim;
+}
+
+double speed_limit(const Whole& whole, double part) {
+  return whole.impact_speed > 0 ? part * whole.impact_speed : std::numeric_limits<double>::max();
+}
+
+/// Marks the rows of `mask` whose piece holds a rim row.
+std::vector<char> connected_to_rim(const Whole& whole, std::span<const char> mask,
+                                   std::span<const std::uint32_t> rim) {
+  const std::vector<std::int64_t> piece = connected_pieces(whole, mask, false);
+  std::vector<char> good(whole.size(), 0), result(whole.size(), 0);
+  for (const std::uint32_t row : rim)
+    if (piece[row] >= 0) good[piece[row]] = 1;
+  for (std::size_t row = 0; row < whole.size(); ++row) result[row] = piece[row] >= 0 && good[piece[row]];
+  return result;
+}
+
+void find_plates(const Scene& scene, Whole& whole) {
+  whole.plates = scene.plates;
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    const int body = static_cast<int>(b);
+    if (scene.bodies[b].is_plate && std::find(whole.plates.begin(), whole.plates.end(), body) == whole.plates.end())
+      whole.plates.push_back(body);
+  }
+}
+
+void find_members(const Scene& scene, Whole& whole) {
+  const Matter& m = whole.matter;
+  whole.rims.resize(scene.bodies.size());
+  std::vector<std::uint32_t> rim;
+  for (const int body : whole.plates) {
+    const PlateFrame frame = plate_frame(scene, body);
+    const std::vector<std::uint32_t> rows = rim_rows(whole, frame, body);
+    whole.rims[body] = rim_motion(m, frame, rows);
+    rim.insert(rim.end(), rows.begin(), rows.end());
+  }
+  std::vector<char> own(whole.size(), 0), slow(whole.size(), 0), loose(whole.size(), 0);
+  for (std::size_t row = 0; row < whole.size(); ++row) {
+    const Rim& r = whole.rims[m.body[row]];
+    const double speed = (m.v[row] - r.velocity).norm();
+    own[row] = r.exists;
+    slow[row] = r.exists && speed < speed_limit(whole, settled_speed);
+    loose[row] = speed > speed_limit(whole, r.exists ? loose_speed : settled_speed);
+  }
+  whole.joined = connected_to_rim(whole, own, rim);
+  whole.settled = connected_to_rim(whole, slow, rim);
+  whole.held = whole.joined;
+  whole.debris.assign(whole.size(), 0);
+  for (std::size_t row = 0; row < whole.size(); ++row) {
+    if (loose[row] && !whole.is_element(row)) whole.held[row] = 0;
+    const bool free_body = !own[row] && !scene.bodies[m.body[row]].is_projectile;
+    whole.debris[row] = !whole.settled[row] && (!whole.joined[row] || loose[row]) && (!free_body || loose[row]);
+  }
+}
+
+}  // namespace
+
+PlateFrame plate_frame(const Scene& scene, int body) {
+  const BodyScene& b = scene.bodies[body];
+  PlateFrame f;
+  const Vec3 normal = b.normal.normalized();
+  f.axes = Eigen::Quaterniond::FromTwoVectors(normal, Vec3::UnitZ()).toRotationMatrix();
+  if (normal.dot(scene.impact_velocity) > 0) f.axes.row(1) *= -1, f.axes.row(2) *= -1;  // struck from the other side
+  f.origin = b.center;
+  f.thickness = b.thickness;
+  f.half = 0.5 * Vec3(b.extent.x(), b.extent.y(), b.thickness);
+  const double least = std::max(1e-300, 1e-6 * b.thickness);
+  f.half = f.half.cwiseMax(Vec3::Constant(least));
+  return f;
+}
+
+std::vector<std::int64_t> connected_pieces(const Whole& whole, std::span<const char> mask, bool across_bodies) {
+  const Matter& m = whole.matter;
+  UnionFind sets(whole.size());
+  std::vector<std::int32_t> first_at(m.node_x.size(), -1);
+  for (std::size_t el = 0; el < m.n_elements; ++el) {
+    if (!mask[el]) continue;
+    for (const std::int32_t nd : m.node[el]) {
+      if (first_at[nd] < 0) first_at[nd] = static_cast<std::int32_t>(el);
+      else sets.join(static_cast<std::uint32_t>(first_at[nd]), static_cast<std::uint32_t>(el));
+    }
+  }
+  for (const Bond& bond : whole.bonds)
+    if (mask[bond.i] && mask[bond.j] && (across_bodies || m.body[bond.i] == m.body[bond.j])) sets.join(bond.i, bond.j);
+  std::vector<std::int64_t> piece(whole.size(), -1);
+  for (std::size_t row = 0; row < whole.size(); ++row)
+    if (mask[row]) piece[row] = sets.root(static_cast<std::uint32_t>(row));
+  return piece;
+}
+
+Whole make_whole(const Matter& part, const Scene& scene) {
+  Whole whole;
+  whole.matter = mirrored(part, scene.symmetry);
+  whole.impact_speed = scene.impact_velocity.norm();
+  if (whole.impact_speed > 0) whole.flight = scene.impact_velocity / whole.impact_speed;
+  whole.faces = all_faces(whole.matter);
+  whole.bonds = all_bonds(whole.matter, scene, whole.faces, speed_limit(whole, bond_speed));
+  find_plates(scene, whole);
+  find_members(scene, whole);
+  return whole;
+}
+
+}  // namespace measure

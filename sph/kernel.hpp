@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+// Wendland C2 kernel in three dimensions, support 2h: W = 21/(16 pi h^3) (1 - r/2h)^4 (1 + 2r/h).
+// Source: Wendland, Adv. Comput. Math. 4 (1995) 389; Dehnen & Aly, MNRAS 425 (2012) 1068, table 1.
+#pragma once
+
+#include "core/pack.hpp"
+#include "core/types.hpp"
+
+namespace sph {
+
+constexpr double kernel_reach = 2.0;  ///< support radius over h
+
+/// W(r, h) [1/m3].
+template <class T>
+T kernel(T r, T h) {
+  const T q = r / h, u = core::max(T(1.0) - T(0.5) * q, T(0.0)), u2 = u * u;
+  return T(21.0 / (16.0 * core::pi)) * u2 * u2 * (T(1.0) + T(2.0) * q) / (h * h * h);
+}
+
+/// (dW/dr) / r [1/m5]: gradient of W with respect to x_i is kernel_slope * (x_i - x_j). Finite at r = 0.
+template <class T>
+T kernel_slope(T r, T h) {
+  const T q = r / h, u = core::max(T(1.0) - T(0.5) * q, T(0.0)), h2 = h * h;
+  return T(-105.0 / (16.0 * core::pi)) * u * u * u / (h2 * h2 * h);
+}
+
+}  // namespace sph

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+// Who feels whom. Actors are the rows of the pair sums: first the particles, then foreigners (points that others own:
+// elements of the bond), then images of both behind mirrors (symmetry planes, rigid walls). Particles and foreigners
+// have neighbour rows; images only stand in them. Lists hold everything within reach plus a skin and are made anew when
+// something moved more than half the skin.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/octree.hpp"
+#include "core/types.hpp"
+#include "sph/particles.hpp"
+
+namespace sph {
+
+struct Actor {
+  core::Vec3 x{0, 0, 0};
+  core::Vec3 v{0, 0, 0};       ///< before the kick, n - 1/2: what viscosity sees
+  core::Vec3 v_new{0, 0, 0};   ///< after the kick and contact, n + 1/2: what strains
+  core::Vec3 v_mean{0, 0, 0};  ///< what the forces work on
+  double volume = 0, m = 0, h = 0, rho = 0, c = 0;
+  double p_contact = 0;        ///< max(p, 0): all that bodies say to each other [Pa]
+  double spread = 0;           ///< shear switch of the viscosity [-]
+  core::Mat3 stress = core::Mat3::Zero();      ///< sigma B^T, see particle_forces.hpp [Pa]
+  core::Mat3 artificial = core::Mat3::Zero();  ///< artificial stress of Gray et al. [Pa]
+  bool in_tension = false;     ///< artificial is not zero
+  std::int32_t body = 0;
+};
+
+/// A plane that mirrors: symmetry plane (particles and their images are one body) or rigid wall (they only push).
+struct Mirror {
+  core::Vec3 point{0, 0, 0}, normal{0, 0, 1};  ///< matter on the normal's side
+  bool wall = false;
+};
+
+struct Image {
+  std::uint32_t source;   ///< actor
+  std::uint32_t mirror;
+};
+
+struct Neighbourhood {
+  std::vector<Mirror> mirrors;
+  std::size_t n_particles = 0, n_foreign = 0;
+  std::vector<Actor> actors;
+  std::vector<Image> images;
+  core::Neighbours pairs;
+  std::vector<core::Vec3> x_built;   ///< positions of particles and foreigners when the lists were made
+  double slack = 0;                  ///< how far any of them may move before the lists must be made anew [m]
+  bool valid = false;
+  std::uint64_t builds = 0;
+
+  /// Is this actor a particle or the image of one (of whatever depth)?
+  bool is_particle(std::uint32_t j) const {
+    while (j >= n_particles + n_foreign) j = images[j - n_particles - n_foreign].source;
+    return j < n_particles;
+  }
+
+  std::vector<core::Vec3> foreign_force;  ///< [n_foreign] force of the particles on each foreigner [N]
+  std::vector<double> foreign_heat;       ///< [n_foreign] energy it gains by its stress's work in the pairs [J]
+};
+
+/// True when the lists still hold every pair in reach of the current positions of particles and foreigners.
+bool still_valid(const Neighbourhood& hood, const std::vector<core::Vec3>& particle_x,
+                 const std::vector<core::Vec3>& foreign_x);
+
+/// Makes images and lists. actors[0 .. n_particles + n_foreign) hold current x and h.
+void build(Neighbourhood& hood);
+
+/// Images follow their sources: everything an Actor holds, reflected.
+void reflect_images(Neighbourhood& hood);
+
+/// Velocities after the kick to the images alone.
+void reflect_velocities(Neighbourhood& hood);
+
+}  // namespace sph

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// Pair forces of updated-Lagrangian SPH with corrected kernel gradients, in the form that follows from the corrected
+// velocity gradient, so that momentum and energy close pair by pair:
+//   B_i  = [ sum_j V_j (x_j - x_i) (x) grad_i W_ij ]^-1                         Randles & Libersky, CMAME 139 (1996) 375
+//   L_i  = [ sum_j V_j (v_j - v_i) (x) grad_i W_ij ] B_i
+//   f_ij = V_i V_j (sigma_i B_i^T + sigma_j B_j^T) grad_i W_ij - m_i m_j Pi_ij grad_i W_ij = -f_ji
+//   dE_i = -dt sum_j [ V_i V_j sigma_i B_i^T grad_i W_ij - m_i m_j Pi_ij grad_i W_ij / 2 ] . (v_mean_i - v_mean_j)
+// W_ij is taken at the mean h. Pi_ij: Monaghan, Annu. Rev. Astron. Astrophys. 30 (1992) 543, eqs 4.1-4.2, with the shear
+// switch of Balsara, J. Comput. Phys. 121 (1995) 357. Artificial stress against the tensile instability: Gray, Monaghan &
+// Swift, CMAME 190 (2001) 6641, eqs 3.12-3.16. Pairs of different bodies push and never pull: both stresses are replaced
+// by -max(p, 0). Where a particle has too few neighbours for B_i, the plain gradient takes over smoothly.
+#pragma once
+
+#include "sph/neighbourhood.hpp"
+#include "sph/particles.hpp"
+
+namespace sph {
+
+struct ParticleSettings {
+  double viscosity_linear = 1.0;     ///< alpha [-]
+  double viscosity_quadratic = 2.0;  ///< beta [-]
+  double artificial_stress = 0.3;    ///< epsilon of Gray et al. [-]
+};
+
+/// Fills the particles' rows of hood.actors from the particles: everything but stress.
+void fill_actors(const Particles& particles, const std::vector<double>& rho_0, Neighbourhood& hood);
+
+/// Gradient corrections, then sigma B^T and artificial stress of every particle into its actor.
+void correct_gradients(const Particles& particles, const ParticleSettings& settings, Neighbourhood& hood,
+                       std::vector<core::Mat3>& correction);
+
+/// particles.f and hood.foreign_force of time n.
+void add_pair_forces(const ParticleSettings& settings, Neighbourhood& hood, Particles& particles);
+
+/// Work of the same forces with the mean velocities into the particles' energy and hood.foreign_heat, and the velocity
+/// gradient at mid-step of every particle [1/s].
+void pair_work(const ParticleSettings& settings, double dt_kick, double dt_drift,
+               const std::vector<core::Mat3>& correction, Neighbourhood& hood, Particles& particles,
+               std::vector<core::Mat3>& velocity_gradient);
+
+/// Kernel sums' pairs gone through since the start are counted by the caller: this is one pass's number.
+std::uint64_t n_pairs(const Neighbourhood& hood);
+
+}  // namespace sph

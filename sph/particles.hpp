@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// The particle half of the state. Plain named arrays, one row a particle; material points as in the elements.
+// Time levels as in fem/mesh.hpp: positions and stress at n, velocities at n - 1/2.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/points.hpp"
+#include "core/types.hpp"
+
+namespace sph {
+
+struct Particles {
+  core::Points pt;
+  std::vector<core::Vec3> x;         ///< position [m]
+  std::vector<core::Vec3> v;         ///< velocity [m/s]
+  std::vector<core::Vec3> v_mean;    ///< mean of the velocities before and after the last kick [m/s]
+  std::vector<core::Vec3> f;         ///< force of time n [N]
+  std::vector<double> h;             ///< smoothing length; the kernel reaches 2h [m]
+  std::vector<double> h_0;           ///< at birth [m]
+  std::vector<double> dt;            ///< stable time step [s]
+  std::vector<double> spread;        ///< shear switch: |div v| / (|div v| + |curl v|) [-]
+  std::vector<std::uint16_t> body;   ///< parent body
+  std::vector<std::uint32_t> parent; ///< element it came from; its own number where made at the start
+  std::vector<std::uint32_t> id;     ///< number of birth: never changes, particles may be reordered
+  std::size_t size() const { return x.size(); }
+
+  /// Calls f(vector&) for every array but those of `pt`.
+  template <class F>
+  void each_array(F&& g) {
+    g(x), g(v), g(v_mean), g(f), g(h), g(h_0), g(dt), g(spread), g(body), g(parent), g(id);
+  }
+  void resize(std::size_t n);
+};
+
+/// h over the spacing cbrt(m / rho).
+constexpr double h_over_spacing = 1.2;
+
+/// Fills a region with particles from the start (mode "sph"): one particle a hex of the given corners is made by
+/// coupling/convert; this sets what depends on density only: h and its bounds.
+void set_smoothing_length(Particles& particles, std::size_t i);
+
+/// The smallest stable step over all particles is min over dt; see particle_update.hpp.
+
+}  // namespace sph

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+// The Hugoniot solver against states that follow by hand from a linear shock-speed law, whatever gamma is:
+// Us = c_0 + s up, p = rho_0 Us up, rho = rho_0 Us/(Us - up), e = up^2/2.
+#include "eos/hugoniot.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/error.hpp"
+#include "tests/eos/models.hpp"
+
+namespace {
+
+struct Row {
+  double up, Us, p_GPa, rho;
+};
+
+// Symmetric impact of 2024 aluminium, rho_0 2785, c_0 5328, s 1.338 (constants: Marsh, LASL Shock Hugoniot Data, 1980).
+// Figures rounded to the digits shown.
+constexpr Row aluminium_rows[] = {{250, 5662.5, 3.9425, 2913.6},    {500, 5997.0, 8.3508, 3038.3},
+                                  {1000, 6666.0, 18.5648, 3276.5},  {2000, 8004.0, 44.5823, 3712.7},
+                                  {3500, 10011.0, 97.5822, 4282.1}, {4000, 10680.0, 118.9752, 4452.7},
+                                  {5000, 12018.0, 167.3507, 4769.2}};
+// OFHC copper, rho_0 8930, c_0 3940, s 1.489 (Steinberg, UCRL-MA-106439, 1996).
+constexpr Row copper_rows[] = {{500, 4684.5, 20.9163, 9997.0},
+                               {2000, 6918.0, 123.5555, 12561.6},
+                               {5000, 11385.0, 508.3403, 15923.0}};
+
+void compare(const eos::Eos& model, double rho_0, double c_0, double s, const Row& row) {
+  const auto h = eos::hugoniot(model, rho_0, row.up);
+  EXPECT_NEAR(h.Us, row.Us, 0.051);             // printed to 0.1 m/s
+  EXPECT_NEAR(h.p * 1e-9, row.p_GPa, 0.51e-4);  // printed to 1e-4 GPa
+  EXPECT_NEAR(h.rho, row.rho, 0.051);           // printed to 0.1 kg/m3
+  const double Us = c_0 + s * row.up;
+  EXPECT_NEAR(h.Us, Us, 1e-9 * Us);  // closed form; the solver goes to the last bit of x
+  EXPECT_NEAR(h.p, rho_0 * Us * row.up, 1e-9 * h.p);
+  EXPECT_NEAR(h.rho, rho_0 * Us / (Us - row.up), 1e-9 * h.rho);
+  EXPECT_NEAR(h.e, 0.5 * row.up * row.up, 1e-9 * h.e);
+}
+
+}  // namespace
+
+TEST(Hugoniot, LinearShockSpeedAluminium) {
+  for (const Row& row : aluminium_rows) compare(aluminium_2024(), 2785, 5328, 1.338, row);
+}
+
+TEST(Hugoniot, LinearShockSpeedCopper) {
+  for (const Row& row : copper_rows) compare(copper(), 8930, 3940, 1.489, row);
+}
+
+TEST(Hugoniot, CubicShockSpeedSatisfiesItsOwnLaw) {
+  for (double up : {100.0, 600.0, 1500.0}) {
+    const auto h = eos::hugoniot(hafnium(), 13300, up);
+    const double x = up / h.Us;
+    EXPECT_NEAR(h.Us, 2980 + 1.448 * up - 3.852 * x * up + 7.0 * x * x * up, 1e-8 * h.Us);
+  }
+}
+
+TEST(Hugoniot, IdealGasStrongShock) {
+  // Rankine-Hugoniot for gamma = 1.4, p_0 = 1e5 Pa, rho_0 = 1.2: Us from Us^2 - (gamma+1)/2 up Us - c_0^2 = 0
+  const eos::IdealGas air{1.4, 718};
+  const double rho_0 = 1.2, e_0 = 1e5 / (0.4 * rho_0), c2 = 1.4 * 1e5 / rho_0;
+  for (double up : {50.0, 500.0, 5000.0}) {
+    const auto h = eos::hugoniot(air, rho_0, up, e_0);
+    const double Us = 0.6 * up + std::sqrt(0.36 * up * up + c2);
+    EXPECT_NEAR(h.Us, Us, 1e-9 * Us);
+    EXPECT_NEAR(h.p, 1e5 + rho_0 * Us * up, 1e-9 * h.p);
+    EXPECT_NEAR(h.rho, rho_0 * Us / (Us - up), 1e-8 * h.rho);
+  }
+}
+
+TEST(Hugoniot, TillotsonSatisfiesTheJumpConditions) {
+  const auto m = aluminium_tillotson();
+  for (double up : {200.0, 2000.0, 8000.0}) {
+    const auto h = eos::hugoniot(m, 2700, up);
+    EXPECT_NEAR(h.p, 2700 * h.Us * up, 1e-9 * h.p);
+    EXPECT_NEAR(h.rho * (h.Us - up), 2700 * h.Us, 1e-9 * 2700 * h.Us);
+    EXPECT_NEAR(eos::state(m, h.rho, h.e).p, h.p, 1e-8 * h.p);
+  }
+}
+
+TEST(Hugoniot, SymmetricImpactSplitsTheVelocity) {
+  EXPECT_NEAR(eos::impact_pressure(aluminium_2024(), 2785, aluminium_2024(), 2785, 8000) * 1e-9, 118.9752, 0.51e-4);
+}
+
+TEST(Hugoniot, ImpactOfAluminiumOnCopper) {
+  // intersection of rho (c + s u) u for copper and the reflected curve for aluminium at 5 km/s, solved outside
+  const double p = 92444397219.74805;
+  EXPECT_NEAR(eos::impact_pressure(aluminium_2024(), 2785, copper(), 8930, 5000), p, 1e-8 * p);
+  EXPECT_NEAR(eos::impact_pressure(copper(), 8930, aluminium_2024(), 2785, 5000), p, 1e-8 * p);
+}
+
+TEST(Hugoniot, BeyondTheRangeIsRefused) {
+  EXPECT_THROW(eos::hugoniot(aluminium_2024(), 2785, 1e6), core::CaseError);
+}
+
+TEST(Hugoniot, PoleOfTheShockSpeed) {
+  // D = 1 - s x = 0 at x = 1/s: rho_max = rho_0 s/(s - 1)
+  EXPECT_NEAR(eos::max_density(eos::Eos(aluminium_2024())), 2785 * 1.338 / 0.338, 1e-6);
+  EXPECT_EQ(eos::max_density(eos::Eos(aluminium_tillotson())), 1e300);
+}

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+// Flow laws against figures evaluated outside from the papers' equations; tolerance round-off.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/error.hpp"
+#include "tests/material/materials.hpp"
+
+using material::flow;
+using State = material::FlowState<double>;
+
+TEST(JohnsonCook, StaticYieldAtRoomTemperature) {
+  EXPECT_EQ(flow(jc_2024(), State{1, 0, 294, 0.5})(0.0).Y, 265e6);
+}
+
+TEST(JohnsonCook, HardensWithStrainAndRate) {  // (265 + 426 0.1^0.34)(1 + 0.015 ln 1e4) MPa
+  EXPECT_NEAR(flow(jc_2024(), State{1, 0, 294, 1e4})(0.1).Y, 523232174.33720416, 1e-5);
+}
+
+TEST(JohnsonCook, SoftensHalfWayToMelting) {  // (265 + 426 0.5^0.34)(1 + 0.015 ln 1e5)(1 - 0.5)
+  EXPECT_NEAR(flow(jc_2024(), State{1, 0, 534.5, 1e5})(0.5).Y, 352721457.9155761, 1e-5);
+}
+
+TEST(JohnsonCook, SoftensWithAnExponent) {  // (90 + 292 0.3^0.31)(1 + 0.025 ln 1e4)(1 - 0.5^1.09)
+  EXPECT_NEAR(flow(jc_copper(), State{1, 0, 825, 1e4})(0.3).Y, 189856697.42279163, 1e-5);
+}
+
+TEST(JohnsonCook, ColdIsNotHarderThanRoomTemperature) {
+  EXPECT_EQ(flow(jc_2024(), State{1, 0, 100, 1})(0.0).Y, 265e6);
+}
+
+TEST(JohnsonCook, MeltedHasNeitherStrengthNorStiffness) {
+  const auto f = flow(jc_2024(), State{1, 0, 775, 1e4});
+  EXPECT_EQ(f.G, 0.0);
+  EXPECT_EQ(f(0.3).Y, 0.0);
+}
+
+TEST(SteinbergGuinan, PressureHardensAndHeatSoftens) {  // eta 1.2, 20 GPa, 600 K, eps 0.05
+  const auto f = flow(sg_2024(), State{1.2, 20e9, 600, 1e6});
+  EXPECT_NEAR(f.G, 58410094075.500626, 1e-3);
+  EXPECT_NEAR(f(0.05).Y, 891927902.3169729, 1e-4);
+}
+
+TEST(SteinbergGuinan, HardeningSaturates) {  // 0.854 GPa uncapped at eps 2: Y_max (0.76 GPa) times the factor
+  const auto f = flow(sg_2024(), State{1.2, 20e9, 600, 1e6});
+  EXPECT_NEAR(f(2.0).Y, 1552156346.0622544, 1e-4);
+  EXPECT_EQ(f(2.0).slope, 0.0);
+}
+
+TEST(SteinbergGuinan, MeltsOnItsCurve) {  // 1220 exp(3 (1 - 1/1.2)) 1.2^(2 (2 - 1.5 - 1/3))
+  const double T_melt = material::melting_temperature(sg_2024(), 1.2);
+  EXPECT_NEAR(T_melt, 2137.4738995338244, 1e-9);
+  EXPECT_GT(flow(sg_2024(), State{1.2, 90e9, T_melt - 0.01, 1})(0.1).Y, 0.0);
+  const auto melted = flow(sg_2024(), State{1.2, 90e9, T_melt + 0.01, 1});
+  EXPECT_EQ(melted.G, 0.0);
+  EXPECT_EQ(melted(0.1).Y, 0.0);
+}
+
+TEST(SteinbergGuinan, FarTensionDoesNotTurnNegative) {
+  EXPECT_EQ(flow(sg_2024(), State{0.7, -1e12, 300, 1}).G, 0.0);
+}
+
+TEST(FlowLaws, SlopeIsTheDerivative) {
+  const auto check = [](const auto& f) {
+    for (double eps : {1e-4, 0.01, 0.5}) {
+      const double h = 1e-5 * eps;  // central difference, error h^2
+      EXPECT_NEAR(f(eps).slope, (f(eps + h).Y - f(eps - h).Y) / (2 * h), 1e-5 * f(eps).slope);
+    }
+  };
+  check(flow(jc_2024(), State{1, 0, 400, 1e5}));
+  check(flow(sg_2024(), State{1.1, 10e9, 400, 1e5}));
+}
+
+TEST(Strength, ShearModulusOfEveryLaw) {
+  EXPECT_EQ(material::shear_modulus(material::NoStrength{}), 0.0);
+  EXPECT_EQ(material::shear_modulus(material::PerfectlyPlastic{5e9, 1e8}), 5e9);
+  EXPECT_EQ(material::shear_modulus(jc_2024()), 28.6e9);
+  EXPECT_EQ(material::shear_modulus(sg_2024()), 28.6e9);
+}
+
+TEST(Strength, MeaninglessConstantsAreRefused) {
+  EXPECT_THROW(aluminium(material::PerfectlyPlastic{0, 1e8}), core::CaseError);
+  auto cold = jc_2024();
+  cold.T_melt = 200;
+  EXPECT_THROW(aluminium(cold), core::CaseError);
+}

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+// Clouds of particles whose angles, velocities and masses are known.
+#include "synthetic.hpp"
+
+using namespace synthetic;
+
+namespace {
+
+constexpr double degree = core::pi / 180;
+
+/// n particles on a cone about the axis `d` from `tip`, speed `v`, at `distance` from the tip.
+void add_cone(measure::Matter& m, const Vec3& tip, const Vec3& d, double angle, int n, double v, double distance,
+              double spacing, int body) {
+  const core::Mat3 t = turn(d);
+  for (int i = 0; i < n; ++i) {
+    const double a = 2 * core::pi * (i + 0.5) / n;
+    const Vec3 u = t * Vec3(std::sin(angle) * std::cos(a), std::sin(angle) * std::sin(a), std::cos(angle));
+    add_particle(m, tip + distance * u, v * u, spacing, body);
+  }
+}
+
+}  // namespace
+
+TEST(Cloud, AnglesOfCones) {
+  measure::Matter m;
+  const Vec3 tip(0, 0, 0), d(0, 0, -1);
+  add_cone(m, tip, d, 10 * degree, 50, 7000, 30 * mm, 0.2 * mm, 0);
+  add_cone(m, tip, d, 29 * degree, 50, 6000, 30 * mm, 0.2 * mm, 1);   // 90 % of the momentum lies within these
+  add_cone(m, tip, d, 60 * degree, 10, 1000, 30 * mm, 0.2 * mm, 1);   // slow and wide
+  measure::Scene s = scene_at();
+  add_plate(s, "bumper", 40 * mm, 0.8 * mm);
+  const measure::Result r = measure::measure(m, s);
+  EXPECT_NEAR(get(r, "cloud.spray_half_angle"), 29 * degree, 1e-9);
+  EXPECT_NEAR(get(r, "cloud.fast_half_angle"), 29 * degree, 1e-9);
+  EXPECT_NEAR(get(r, "cloud.half_angle_outer_projectile"), 10 * degree, 1e-9);
+  EXPECT_NEAR(get(r, "cloud.envelope_half_angle"), 60 * degree, 1e-9);
+  EXPECT_NEAR(get(r, "cloud.axial_velocity_front"), 7000 * std::cos(10 * degree), 1e-6);
+  EXPECT_NEAR(get(r, "cloud.axial_velocity_rear"), 1000 * std::cos(60 * degree), 1e-6);
+  EXPECT_NEAR(get(r, "cloud.radial_velocity_max"), 6000 * std::sin(29 * degree), 1e-6);
+  EXPECT_NEAR(get(r, "cloud.length"), 30 * mm * (std::cos(10 * degree) - std::cos(60 * degree)), 1e-9);
+  EXPECT_NEAR(get(r, "cloud.width"), 60 * mm * std::sin(60 * degree), 1e-9);
+  const double one = rho_0 * std::pow(0.2 * mm, 3);
+  EXPECT_NEAR(get(r, "cloud.mass"), 110 * one, 1e-12 * one);
+  EXPECT_NEAR(get(r, "cloud.momentum"), one * (350000 * std::cos(10 * degree) + 300000 * std::cos(29 * degree) + 5000), 1e-9 * one);
+}
+
+TEST(Cloud, FollowsAnObliqueLineOfFlight) {
+  measure::Matter m;
+  const Vec3 d = Vec3(1, 0, -1).normalized();
+  add_cone(m, {mm, 0, 0}, d, 20 * degree, 64, 6000, 30 * mm, 0.2 * mm, 0);
+  measure::Scene s = scene_at(impact_speed * d);
+  s.aim = Vec3(0.6 * mm, 0, 0.4 * mm);
+  add_plate(s, "bumper", 40 * mm, 0.8 * mm);
+  const measure::Result r = measure::measure(m, s);
+  EXPECT_NEAR(get(r, "cloud.spray_half_angle"), 20 * degree, 1e-9);
+  EXPECT_NEAR(get(r, "cloud.envelope_half_angle"), 20 * degree, 1e-9);
+}
+
+TEST(Cloud, EmptyOneHasNoAngles) {
+  measure::Matter m;
+  add_block(m, plate(20 * mm, 0.8 * mm, 10, 2));
+  measure::Scene s = scene_at();
+  add_plate(s, "bumper", 20 * mm, 0.8 * mm);
+  const measure::Result r = measure::measure(m, s);
+  EXPECT_EQ(get(r, "cloud.mass"), 0);
+  EXPECT_EQ(get(r, "fragments.count"), 0);
+  for (const char* key : {"cloud.spray_half_angle", "cloud.length", "cloud.melt_fraction", "fragments.largest_mass"})
+    EXPECT_FALSE(find(r, key)) << key;
+  for (const auto& v : r.values) EXPECT_TRUE(std::isfinite(v.value)) << v.key;
+}
+
+TEST(Cloud, MeltFractionIsLinearInEnergy) {
+  measure::Matter m;
+  for (int i = 0; i < 4; ++i) {
+    add_particle(m, {0, i * mm, -9 * mm}, {0, 0, -5000}, 0.2 * mm, i == 3 ? 0 : 1);
+    m.e.back() = 1e5 * i;  // 0, half molten, molten; the last one of another body
+  }
+  measure::Scene s = scene_at();
+  add_plate(s, "bumper", 20 * mm, 0.8 * mm);
+  s.bodies[1].e_melt = 0.5e5, s.bodies[1].e_melted = 1.5e5;
+  s.bodies[0].e_melt = 2e5, s.bodies[0].e_melted = 6e5;
+  s.bodies[0].e_vapour = 2.5e5, s.bodies[0].e_vaporised = 3.5e5;
+  const measure::Result r = measure::measure(m, s);
+  EXPECT_NEAR(get(r, "cloud.melt_fraction"), (0 + 0.5 + 1 + 0.25) / 4, 1e-12);
+  EXPECT_NEAR(get(r, "cloud.projectile_melt_fraction"), 0.25, 1e-12);
+  EXPECT_NEAR(get(r, "cloud.vapour_fraction"), 0.125, 1e-12);
+}
+
+TEST(Cloud, MassBehindThreePlatesAt45Degrees) {
+  measure::Matter m;
+  measure::Scene s = scene_at();
+  const Vec3 normal = Vec3(1, 0, 1).normalized();
+  const double width = 30 * mm;
+  for (int k = 0; k < 3; ++k) {
+    const Vec3 center(0, 0, -38 * mm * k);
+    const int body = add_plate(s, "plate" + std::to_string(k + 1), width, mm, center, normal);
+    Block b = plate(width, mm, 30, 2);
+    b.body = body;
+    b.place = [=](const Vec3& x) { return Vec3(center + turn(normal) * x); };
+    if (k < 2) b.keep = [](const Vec3& x) { return std::hypot(x.x(), x.y()) > 3 * mm; };
+    add_block(m, b);
+  }
+  const double d = 0.5 * mm, one = rho_0 * d * d * d;
+  const Vec3 down(100, 50, -5000);
+  for (int i = 0; i < 6; ++i) add_particle(m, {0, 2 * i * mm, -10 * mm}, down, d, i % 2);           // behind plate 1
+  for (int i = 0; i < 4; ++i) add_particle(m, {5 * mm, 2 * i * mm, -50 * mm}, down, d, 1 + i % 2);  // behind plate 2
+  for (int i = 0; i < 3; ++i) add_particle(m, {-5 * mm, 2 * i * mm, 15 * mm}, {800, 0, 900}, d, 1); // ejecta
+  const measure::Result r = measure::measure(m, s);
+  EXPECT_NEAR(get(r, "plate1.debris_mass_behind") / one, 8, 1e-9);  // two of ten come from plate 2
+  EXPECT_NEAR(get(r, "plate2.debris_mass_behind") / one, 4, 1e-9);
+  EXPECT_EQ(get(r, "plate3.debris_mass_behind"), 0);
+  EXPECT_NEAR(get(r, "cloud.mass") / one, 8, 1e-9);
+  EXPECT_NEAR(get(r, "plate2.cloud.mass") / one, 4, 1e-9);
+  EXPECT_NEAR(get(r, "ejecta.mass") / one, 3, 1e-9);
+  EXPECT_NEAR(get(r, "ejecta.momentum") / one, 2700, 1e-6);
+  EXPECT_EQ(get(r, "plate2.perforated"), 1);
+  EXPECT_EQ(get(r, "plate3.perforated"), 0);
+  const measure::Result second = measure::measure_cloud(m, s, 1);
+  EXPECT_EQ(get(second, "plate2.cloud.mass"), get(r, "plate2.cloud.mass"));
+  EXPECT_FALSE(find(second, "cloud.mass"));
+}

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is a perforation and what only looks like one; the bulge of a wall.
+#include "synthetic.hpp"
+
+using namespace synthetic;
+
+namespace {
+
+constexpr double width = 20 * mm, thickness = 2 * mm;
+
+measure::Result measured(const Block& b) {
+  measure::Matter m;
+  add_block(m, b);
+  measure::Scene s = scene_at();
+  s.bodies.reserve(4);
+  add_plate(s, "wall", width, thickness);
+  s.bodies[1].impulse = Vec3(0.1, 0, -0.7);
+  return measure::measure(m, s);
+}
+
+}  // namespace
+
+TEST(Perforation, ClosedPlateIsWhole) {
+  const measure::Result r = measured(plate(width, thickness, 40, 4));
+  EXPECT_EQ(get(r, "wall.perforated"), 0);
+  EXPECT_EQ(get(r, "wall.hole_diameter"), 0);
+  EXPECT_NEAR(get(r, "wall.bulge"), 0, 1e-12);
+  EXPECT_NEAR(get(r, "wall.impulse"), 0.7, 1e-12);
+  EXPECT_FALSE(find(r, "wall.crater_depth"));
+}
+
+TEST(Perforation, OneColumnOfElementsIsAHole) {
+  Block b = plate(width, thickness, 40, 4);
+  b.keep = [](const Vec3& x) { return std::abs(x.x() - 0.25 * mm) > 0.2 * mm || std::abs(x.y() - 0.25 * mm) > 0.2 * mm; };
+  const measure::Result r = measured(b);
+  EXPECT_EQ(get(r, "wall.perforated"), 1);
+  EXPECT_NEAR(get(r, "wall.hole_diameter"), 0.56 * mm, 0.02 * mm);  // a square of 0.5 mm: 2 x 0.25 x mean of sec = 0.561
+}
+
+TEST(Perforation, FrontCraterAndBackSpallThatDoNotMeet) {
+  Block b = plate(width, thickness, 40, 4);
+  b.keep = [](const Vec3& x) {
+    const double r = std::hypot(x.x(), x.y());
+    return !((x.z() > 0.5 * mm && r < 3 * mm) || (x.z() < 0 && r < 4 * mm));
+  };
+  EXPECT_EQ(get(measured(b), "wall.perforated"), 0);
+}
+
+TEST(Perforation, FrontCraterAndBackSpallThatMeetInACorner) {
+  Block b = plate(width, thickness, 40, 4);
+  b.keep = [](const Vec3& x) {  // the two voids share edges of elements only
+    const bool front = x.z() > 0 && x.x() > 0 && x.x() < 2 * mm && std::abs(x.y()) < mm;
+    const bool back = x.z() < 0 && x.x() < 0 && x.x() > -2 * mm && std::abs(x.y()) < mm;
+    return !front && !back;
+  };
+  EXPECT_EQ(get(measured(b), "wall.perforated"), 0);
+}
+
+TEST(Perforation, CrookedChannelIsAHole) {
+  Block b = plate(width, thickness, 40, 4);
+  b.keep = [](const Vec3& x) {
+    const bool front = x.z() > -0.5 * mm && x.x() > 0 && x.x() < 2 * mm && std::abs(x.y()) < mm;
+    const bool back = x.z() < 0.5 * mm && x.x() < 0 && x.x() > -2 * mm && std::abs(x.y()) < mm;
+    return !front && !back;
+  };
+  const measure::Result r = measured(b);
+  EXPECT_EQ(get(r, "wall.perforated"), 1);
+  EXPECT_GT(get(r, "wall.hole_diameter"), mm);
+}
+
+TEST(Perforation, ThinBulgeIsClosed) {
+  Block b = plate(width, thickness, 40, 4);
+  b.map = [](const Vec3& x) {  // a deep dome, stretched to a third of its thickness at the top
+    const double dome = std::exp(-x.head<2>().squaredNorm() / (9 * mm * mm));
+    return Vec3(x.x(), x.y(), x.z() * (1 - 0.67 * dome) - 6 * mm * dome);
+  };
+  const measure::Result r = measured(b);
+  EXPECT_EQ(get(r, "wall.perforated"), 0);
+  EXPECT_EQ(get(r, "wall.hole_diameter"), 0);
+  EXPECT_NEAR(get(r, "wall.bulge"), 6 * mm - 0.67 * mm, 1e-9);
+}
+
+TEST(Perforation, HoleInABulge) {
+  Block b = plate(width, thickness, 80, 4);
+  b.keep = [](const Vec3& x) { return std::hypot(x.x(), x.y()) > 1.5 * mm; };
+  b.map = [](const Vec3& x) {
+    return Vec3(x - Vec3(0, 0, 5 * mm * std::exp(-x.head<2>().squaredNorm() / (16 * mm * mm))));
+  };
+  const measure::Result r = measured(b);
+  EXPECT_EQ(get(r, "wall.perforated"), 1);
+  EXPECT_NEAR(get(r, "wall.hole_diameter"), 3 * mm, 0.12 * mm);  // staircase of 0.25 mm
+}
+
+TEST(Perforation, MovingWallStaysClosed) {
+  Block b = plate(width, thickness, 40, 4);
+  measure::Matter m;
+  add_block(m, b);
+  for (std::size_t el = 0; el < m.n_elements; ++el)
+    if (m.x[el].head<2>().norm() < 4 * mm) m.v[el] = Vec3(0, 0, -600);
+  for (Vec3& x : m.node_x) x.z() -= 3 * mm * std::exp(-x.head<2>().squaredNorm() / (9 * mm * mm));
+  measure::Scene s = scene_at();
+  add_plate(s, "wall", width, thickness);
+  EXPECT_EQ(get(measure::measure(m, s), "wall.perforated"), 0);
+}
+
+TEST(Perforation, ParticlesCloseAHole) {
+  measure::Matter m;
+  Block b = plate(width, thickness, 40, 4);
+  b.keep = [](const Vec3& x) { return std::max(std::abs(x.x()), std::abs(x.y())) > 2 * mm; };
+  add_block(m, b);
+  measure::Matter layer = m;
+  for (int i = -4; i < 4; ++i)
+    for (int j = -4; j < 4; ++j)  // one layer, stretched by a tenth, bent back
+      add_particle(layer, {(i + 0.5) * 0.5 * mm, (j + 0.5) * 0.5 * mm, -0.1 * mm * (7 - std::abs(i + 0.5) - std::abs(j + 0.5))},
+                   {0, 0, 10.0 * i}, 0.45 * mm, 1);
+  measure::Scene s = scene_at();
+  add_plate(s, "wall", width, thickness);
+  EXPECT_EQ(get(measure::measure(m, s), "wall.perforated"), 1);
+  EXPECT_EQ(get(measure::measure(layer, s), "wall.perforated"), 0);
+}
