@@ -142,6 +142,10 @@ void choose_step(Simulation& s, double stop) {
   const auto pt = core::min_where(s.particles.size(), [&](std::size_t i) { return s.particles.dt[i]; });
   s.limit = el.value <= pt.value ? StepLimit{"element", el.index, el.value} : StepLimit{"particle", pt.index, pt.value};
   double dt = s.spec.cfl * s.limit.value;
+  if (const double closing = coupling::stable_step(s.contact); closing < dt) {
+    dt = closing;
+    s.limit = {"contact", 0, closing};
+  }
   constexpr double growth = 1.1;
   if (s.dt_old > 0 && dt > growth * s.dt_old) {
     dt = growth * s.dt_old;

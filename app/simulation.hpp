@@ -23,7 +23,7 @@ namespace app {
 
 /// What holds the time step down.
 struct StepLimit {
-  std::string kind;       ///< "element", "particle", "growth", "output", "end"
+  std::string kind;       ///< "element", "particle", "contact", "growth", "output"
   std::size_t index = 0;  ///< element or particle
   double value = 0;       ///< [s]
 };

@@ -17,12 +17,19 @@ namespace {
 constexpr std::size_t leaf_least = 8;      // points of a leaf, the last of a piece aside
 constexpr std::size_t leaf_piece = 4096;               // points whose leaves are cut together
 constexpr std::size_t row_block = 256;                 // rows that are found together
-constexpr std::size_t far_on_curve = 64;
+constexpr std::size_t far_on_curve = 64;               // places
 
 template <class T>
 void grow(std::vector<T>& a, T*& pointer, std::size_t n) {
   a.resize(n);
   pointer = a.data();
+}
+
+/// Reserves memory for the rows of n points, going by the `total` length of those of the first `done`.
+void foresee(std::vector<std::uint32_t>& list, std::size_t total, std::size_t done, std::size_t n) {
+  if (total <= list.capacity()) return;
+  const double whole = static_cast<double>(total) * static_cast<double>(n) / static_cast<double>(done);
+  list.reserve(std::max(static_cast<std::size_t>(1.1 * whole), total) + 8192);
 }
 
 }  // namespace
@@ -41,7 +48,9 @@ void Octree::build(std::span<const Vec3> x) {
   const std::size_t n = x.size();
   if (n >= std::numeric_limits<std::uint32_t>::max() - octree_padding)
     throw std::length_error("octree: " + std::to_string(n) + " points are more than 32-bit indices can tell apart");
+  n_ = n;
   sort_.sort(x, isa_, order_);
+  order_.resize(n + octree_padding, 0);
   rank_.resize(n);
   for_each(n, [&](std::size_t k) { rank_[order_[k]] = static_cast<std::uint32_t>(k); });
   for (auto& a : x_) a.resize(n + octree_padding, 0.0);
@@ -131,7 +140,6 @@ void Octree::box_nodes() {
 
 OctreeView Octree::view() const {
   OctreeView v{};
-  v.n = order_.size();
   for (int d = 0; d < 3; ++d) v.x[d] = x_[d].data();
   for (int d = 0; d < 6; ++d) v.box[d] = box_[d].data();
   v.order = order_.data();
@@ -160,7 +168,7 @@ std::vector<double> Octree::largest_squared_radii(std::span<const double> radius
 }
 
 void Octree::neighbours(std::span<const double> radius, bool symmetric, Neighbours& result) const {
-  const std::size_t n = order_.size();
+  const std::size_t n = n_;
   if (radius.size() != n)
     throw std::invalid_argument("octree: " + std::to_string(radius.size()) + " radii for " + std::to_string(n) + " points");
   result.start.resize(n + 1);
@@ -203,14 +211,13 @@ void Octree::neighbours(std::span<const double> radius, bool symmetric, Neighbou
     return scratch[(k - begin) / row_block].count[(k - begin) % row_block];
   };
 
-  if (!along_curve && threads() == 1) {
-    result.list.resize(std::max(result.list.size(), result.list.capacity()));
-    RowScratch& s = scratch[0];
+  if (!along_curve && threads() == 1) {  // no need for a copy
     for (std::size_t begin = 0; begin < n; begin += row_block) {
       const std::size_t end = std::min(n, begin + row_block);
-      s.store_in(result.list, result.start[begin]);
-      find_rows(tree, query, begin, end, s);
-      for (std::size_t i = begin; i < end; ++i) result.start[i + 1] = result.start[i] + s.count[i - begin];
+      if (begin > 0) foresee(result.list, result.start[begin] * (begin + row_block) / begin, begin + row_block, n);
+      scratch[0].store_in(result.list, result.start[begin]);
+      find_rows(tree, query, begin, end, scratch[0]);
+      for (std::size_t i = begin; i < end; ++i) result.start[i + 1] = result.start[i] + scratch[0].count[i - begin];
     }
     result.list.resize(result.start[n]);
     return;
@@ -221,10 +228,7 @@ void Octree::neighbours(std::span<const double> radius, bool symmetric, Neighbou
           std::uint64_t total = result.start[begin];
           for (std::size_t i = begin; i < end; ++i) result.start[i + 1] = total += count_of(begin, i);
           if (total <= result.list.size()) return;
-          if (total > result.list.capacity()) {
-            const double whole = static_cast<double>(total) * static_cast<double>(n) / static_cast<double>(end);
-            result.list.reserve(static_cast<std::size_t>(1.1 * whole) + 1024);
-          }
+          foresee(result.list, total, end, n);
           result.list.resize(total);
         },
         [&](std::size_t first, std::size_t last, const RowScratch& s) {
@@ -272,7 +276,7 @@ void Octree::in_box(const Vec3& low, const Vec3& high, std::vector<std::uint32_t
       }
     }
   };
-  if (!order_.empty()) descend(descend, level_.size() - 1, 0);
+  if (n_ > 0) descend(descend, level_.size() - 1, 0);
   std::sort(found.begin() + static_cast<std::ptrdiff_t>(before), found.end());
 }
 
@@ -306,17 +310,22 @@ void RowScratch::grow_nodes(std::size_t n) {
 }
 
 void RowScratch::grow_rows(std::size_t n) {
-  row_room = std::max(n, row_room + row_room / 2);
-  if (!list_) return grow(row_, row, row_room);
-  list_->resize(list_first_ + row_room);
-  row = list_->data() + list_first_;
+  if (!list_) {
+    row_room = std::max(n, row_room + row_room / 2);
+    return grow(row_, row, row_room);
+  }
+  // In small steps where there is capacity, since new entries are set to zero.
+  const std::size_t needed = list_first_ + n + 4096;
+  if (needed > list_->capacity()) list_->reserve(needed + needed / 2);
+  list_->resize(needed);
+  store_in(*list_, list_first_);
 }
 
 void RowScratch::store_in(std::vector<std::uint32_t>& list, std::size_t first) {
   list_ = &list;
   list_first_ = first;
   row = list.data() + first;
-  row_room = list.size() - first;
+  row_room = list.size() - std::min<std::size_t>(first, list.size());
 }
 
 /// Fills slot_ with 0 ... n - 1 in order of the party's indices. As in octree_sort.cpp: few are out of place as a rule, so

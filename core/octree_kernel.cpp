@@ -174,6 +174,7 @@ constexpr float group_width = 1.5f;
 // within reach.
 constexpr std::size_t few_rows = 6, loose_rows = 16, loose_leaves = 32;
 constexpr double loose_width = 8.0;
+constexpr std::size_t few_candidates = 96;  // so few are not worth thinning out for each group
 constexpr double radius_spread = 1.5;  // greatest ratio of two radii in a party
 constexpr float u = 0x1p-24f;
 constexpr float no_place = 3e38f;  // coordinate of the padding behind the candidates: infinitely far
@@ -491,7 +492,7 @@ void find_rows_as(const OctreeView& tree, const RowQuery& query, std::size_t fir
     const float width = group_width * static_cast<float>(p.smallest * p.scale);
     for (std::size_t a = 0; a < p.n;) {
       Box box;
-      const std::size_t end = next_group(row, a, p.n, width, box);
+      const std::size_t end = n <= few_candidates ? p.n : next_group(row, a, p.n, width, box);
       const bool whole = end - a == p.n;
       const std::size_t m = whole ? n : pack_for_group<symmetric>(box, n, s.party, s.group);
       const Candidates& from = whole ? s.party : s.group;

@@ -10,14 +10,13 @@
 
 namespace core {
 
-constexpr std::size_t octree_padding = 16;  ///< readable numbers after the last of each coordinate array
+constexpr std::size_t octree_padding = 16;  ///< readable entries behind the n of x, order and radius
 constexpr std::size_t octree_leaf = 16;     ///< most points of a leaf
 constexpr std::size_t octree_fan = 8;       ///< nodes of one level that make a node of the next
 
 struct OctreeView {
-  std::size_t n;
   const double* x[3];          ///< along the curve
-  const std::uint32_t* order;  ///< place on the curve -> index
+  const std::uint32_t* order;  ///< padded; place on the curve -> index
   const std::uint32_t* rank;   ///< index -> place on the curve
   bool in_order;               ///< both are the identity
   const std::uint32_t* leaf;   ///< first point of each leaf, and n

@@ -28,14 +28,15 @@ bool contact_possible(const fem::Mesh& mesh, const sph::Particles& particles, co
 struct PointRef {
   Vec3* x;
   Vec3* v;
+  Vec3* v_mean;
   double m;
   int fixed;
 };
 
 static PointRef point_ref(fem::Mesh& mesh, sph::Particles& p, const ContactPoint& point) {
   const std::size_t i = point.index;
-  if (point.particle) return {&p.x[i], &p.v[i], p.pt.m[i], 0};
-  return {&mesh.nodes.x[i], &mesh.nodes.v[i], mesh.nodes.m[i], mesh.nodes.fixed[i]};
+  if (point.particle) return {&p.x[i], &p.v[i], &p.v_mean[i], p.pt.m[i], 0};
+  return {&mesh.nodes.x[i], &mesh.nodes.v[i], &mesh.nodes.v_mean[i], mesh.nodes.m[i], mesh.nodes.fixed[i]};
 }
 
 static std::array<std::size_t, 4> face_nodes(const fem::Mesh& mesh, const fem::Face& face) {
@@ -143,13 +144,19 @@ static Meeting meet(const fem::Mesh& mesh, const std::array<std::size_t, 4>& nod
 
 // ------------------------------------------------------------------------------------------------ impulses
 
-/// Changes a velocity by dv where it is free; returns the change of kinetic energy [J].
-static double push(Vec3& v, double m, int fixed, const Vec3& dv) {
+/// Changes a velocity by dv where it is free, and the mean velocity over the step with it.
+static void push(Vec3& v, Vec3& v_mean, int fixed, const Vec3& dv) {
   const Vec3 d = free_part(dv, fixed);
-  const double change = m * (v.dot(d) + 0.5 * d.squaredNorm());
   v += d;
-  return change;
+  v_mean += 0.5 * d;
 }
+
+/// The impulses that one pair exchanged during a step. Their work is taken with the mean velocities at the end, as that of
+/// all other forces: a contact that lasts then does none, and one that begins dissipates what an inelastic impact does.
+struct Exchange {
+  Vec3 on_point{0, 0, 0};                              ///< [N s]
+  std::array<Vec3, 4> on_corner{Vec3(0, 0, 0), Vec3(0, 0, 0), Vec3(0, 0, 0), Vec3(0, 0, 0)};
+};
 
 /// Heat [J] into the elements alive at a node, by mass. False where there is none.
 static bool heat_node(fem::Mesh& mesh, std::size_t nd, double heat) {
@@ -169,10 +176,8 @@ static bool heat_point(fem::Mesh& mesh, sph::Particles& p, const ContactPoint& p
   return true;
 }
 
-static void apply(fem::Mesh& mesh, sph::Particles& particles, const ContactPoint& point, const fem::Face& face,
-                  const std::array<std::size_t, 4>& node, const Meeting& m, const ContactSettings& settings, double dt,
-                  Contact& contact) {
-  PointRef p = point_ref(mesh, particles, point);
+static void apply(fem::Mesh& mesh, const PointRef& p, const std::array<std::size_t, 4>& node, const Meeting& m,
+                  const ContactSettings& settings, double dt, Exchange& exchange) {
   auto& n = mesh.nodes;
   const auto inverse_mass = [&](const Vec3& direction) {
     double s = free_part(direction, p.fixed).squaredNorm() / p.m;
@@ -191,15 +196,28 @@ static void apply(fem::Mesh& mesh, sph::Particles& particles, const ContactPoint
     const double speed = slip.norm();
     if (speed > 0) impulse -= std::min(settings.friction * size, speed / inverse_mass(slip / speed)) * (slip / speed);
   }
-  double change = push(*p.v, p.m, p.fixed, impulse / p.m);
+  push(*p.v, *p.v_mean, p.fixed, impulse / p.m);
+  exchange.on_point += impulse;
   for (std::size_t k = 0; k < 4; ++k) {
-    change += push(n.v[node[k]], n.m[node[k]], n.fixed[node[k]], -m.weight[k] * impulse / n.m[node[k]]);
+    push(n.v[node[k]], n.v_mean[node[k]], n.fixed[node[k]], -m.weight[k] * impulse / n.m[node[k]]);
+    exchange.on_corner[k] -= m.weight[k] * impulse;
     n.awake[node[k]] = 1;
   }
-  contact.dissipated -= change;
-  mesh.elements.pt.e[face.element] -= 0.5 * change / mesh.elements.pt.m[face.element];
-  contact.heated -= 0.5 * change;
-  if (heat_point(mesh, particles, point, -0.5 * change)) contact.heated -= 0.5 * change;
+}
+
+/// Books the work of a pair's impulses; what they dissipate becomes heat of both sides, half and half.
+static void book(fem::Mesh& mesh, sph::Particles& particles, const ContactPoint& point, const fem::Face& face,
+                 const Exchange& exchange, Contact& contact) {
+  double work = exchange.on_point.dot(*point_ref(mesh, particles, point).v_mean);
+  const auto node = face_nodes(mesh, face);
+  for (std::size_t k = 0; k < 4; ++k) work += exchange.on_corner[k].dot(mesh.nodes.v_mean[node[k]]);
+  contact.dissipated -= work;
+  // half to the point's side, half round the face's corners: one element alone would be left too hot
+  double heated = 0;
+  for (std::size_t k = 0; k < 4; ++k)
+    if (heat_node(mesh, node[k], -0.125 * work)) heated -= 0.125 * work;
+  if (heat_point(mesh, particles, point, -0.5 * work)) heated -= 0.5 * work;
+  contact.heated += heated;
 }
 
 // ------------------------------------------------------------------------------------------------ search
@@ -347,41 +365,44 @@ static std::vector<std::uint32_t> detect(fem::Mesh& mesh, sph::Particles& partic
   return list;
 }
 
+/// Size of the smallest face that a node may strike, and how fast a node comes nearer to one.
+static void measure_closing(const fem::Mesh& mesh, Contact& c) {
+  const auto& n = mesh.nodes;
+  c.edge = 1e300;
+  c.closing = -core::min_where(c.candidates.size(), [&](std::size_t k) {
+                 const auto& point = c.points[c.candidates[k].point];
+                 if (point.particle) return 0.0;
+                 const auto f = face_nodes(mesh, c.surface.faces[c.candidates[k].face]);
+                 const Vec3 normal = (n.x[f[2]] - n.x[f[0]]).cross(n.x[f[3]] - n.x[f[1]]).normalized();
+                 const Vec3 v = 0.25 * (n.v[f[0]] + n.v[f[1]] + n.v[f[2]] + n.v[f[3]]);
+                 return std::min(0.0, normal.dot(n.v[point.index] - v));
+               }).value;
+  for (const auto& k : c.candidates) {
+    if (c.points[k.point].particle) continue;
+    const auto f = face_nodes(mesh, c.surface.faces[k.face]);
+    c.edge = std::min(c.edge, 0.5 * (n.x[f[2]] - n.x[f[0]]).cross(n.x[f[3]] - n.x[f[1]]).norm());
+  }
+  c.edge = std::sqrt(c.edge);
+}
+
 /// One pass over the pairs in order; returns how many still met.
 static std::size_t sweep(fem::Mesh& mesh, sph::Particles& particles, const std::vector<std::uint32_t>& active,
-                         const ContactSettings& settings, double dt, Contact& c) {
+                         const ContactSettings& settings, double dt, const Contact& c, std::vector<Exchange>& exchanges) {
   std::size_t met = 0;
   for (const auto k : active) {
-    const auto& face = c.surface.faces[c.candidates[k].face];
-    const auto& point = c.points[c.candidates[k].point];
-    const auto node = face_nodes(mesh, face);
-    const Meeting m = meet(mesh, node, point_ref(mesh, particles, point), dt, false);
+    const PointRef p = point_ref(mesh, particles, c.points[c.candidates[k].point]);
+    const auto node = face_nodes(mesh, c.surface.faces[c.candidates[k].face]);
+    const Meeting m = meet(mesh, node, p, dt, false);
     if (!m.found) continue;
     ++met;
-    apply(mesh, particles, point, face, node, m, settings, dt, c);
+    apply(mesh, p, node, m, settings, dt, exchanges[k]);
   }
-  c.pairs_tested += active.size();
   return met;
 }
 
-static void resolve_faces(fem::Mesh& mesh, sph::Particles& particles, const ContactSettings& settings, double dt,
-                          Contact& c) {
-  std::vector<std::uint32_t> active, all;
-  for (int sweeps = 0; sweeps < most_sweeps;) {
-    active = detect(mesh, particles, dt, false, c);
-    c.pairs_tested += c.candidates.size();
-    if (active.empty()) break;
-    // pairs found in earlier rounds stay in: they are the ones that impulses set moving again
-    std::vector<std::uint32_t> merged;
-    std::set_union(all.begin(), all.end(), active.begin(), active.end(), std::back_inserter(merged));
-    all.swap(merged);
-    for (int k = 0; k < 20 && sweeps < most_sweeps; ++k, ++sweeps)
-      if (sweep(mesh, particles, all, settings, dt, c) == 0) break;
-  }
-  if (all.empty()) return;
-  c.leaks += detect(mesh, particles, dt, true, c).size();
+static void wake_struck(fem::Mesh& mesh, const std::vector<std::uint32_t>& active, const Contact& c) {
   std::vector<std::uint32_t> struck;
-  for (const auto k : all) {
+  for (const auto k : active) {
     struck.push_back(c.surface.faces[c.candidates[k].face].element);
     const auto& point = c.points[c.candidates[k].point];
     if (point.particle) continue;
@@ -391,32 +412,69 @@ static void resolve_faces(fem::Mesh& mesh, sph::Particles& particles, const Cont
   fem::wake_elements(mesh, struck);
 }
 
-static void resolve_walls(fem::Mesh& mesh, sph::Particles& particles, const std::vector<Wall>& walls, double dt,
+static void resolve_faces(fem::Mesh& mesh, sph::Particles& particles, const ContactSettings& settings, double dt,
                           Contact& c) {
+  std::vector<std::uint32_t> all;
+  std::vector<Exchange> exchanges;
+  for (int sweeps = 0; sweeps < most_sweeps;) {
+    const auto active = detect(mesh, particles, dt, false, c);
+    c.pairs_tested += c.candidates.size();
+    if (active.empty()) break;
+    exchanges.resize(c.candidates.size());
+    // pairs found in earlier rounds stay in: they are the ones that impulses set moving again
+    std::vector<std::uint32_t> merged;
+    std::set_union(all.begin(), all.end(), active.begin(), active.end(), std::back_inserter(merged));
+    all.swap(merged);
+    for (int k = 0; k < 20 && sweeps < most_sweeps; ++k, ++sweeps)
+      if (sweep(mesh, particles, all, settings, dt, c, exchanges) == 0) break;
+  }
+  if (all.empty()) return;
+  for (const auto k : all)
+    book(mesh, particles, c.points[c.candidates[k].point], c.surface.faces[c.candidates[k].face], exchanges[k], c);
+  c.leaks += detect(mesh, particles, dt, true, c).size();
+  wake_struck(mesh, all, c);
+}
+
+struct WallExchange {
+  ContactPoint point;
+  Vec3 impulse;
+};
+
+/// Stops what would pass a wall during the step.
+static std::vector<WallExchange> resolve_walls(fem::Mesh& mesh, sph::Particles& particles,
+                                               const std::vector<Wall>& walls, double dt) {
+  std::vector<WallExchange> exchanges;
   for (const Wall& wall : walls) {
     const auto stop = [&](const ContactPoint& point) {
-      PointRef p = point_ref(mesh, particles, point);
+      const PointRef p = point_ref(mesh, particles, point);
       const double gap = wall.normal.dot(*p.x - wall.point), speed = wall.normal.dot(*p.v);
       const double allowed = -std::max(gap, 0.0) / dt;
       if (p.m == 0 || speed >= allowed) return;
       const Vec3 old = *p.v;
-      const double change = push(*p.v, p.m, p.fixed, (allowed - speed) * wall.normal);
-      c.dissipated -= change;
-      if (heat_point(mesh, particles, point, -change)) c.heated -= change;
-      const Vec3 impulse = p.m * (*p.v - old);
-      c.wall_impulse += impulse;
-      c.wall_angular_impulse += p.x->cross(impulse);
+      push(*p.v, *p.v_mean, p.fixed, (allowed - speed) * wall.normal);
+      exchanges.push_back({point, p.m * (*p.v - old)});
     };
     for (std::uint32_t nd = 0; nd < mesh.nodes.size(); ++nd) stop({nd, false});
     for (std::uint32_t i = 0; i < particles.size(); ++i) stop({i, true});
   }
+  return exchanges;
 }
 
-void resolve_contact(fem::Mesh& mesh, sph::Particles& particles, const std::vector<Wall>& walls,
-                     const ContactSettings& settings, double time, double dt, Contact& c) {
-  resolve_walls(mesh, particles, walls, dt, c);
-  if (!settings.enabled || mesh.n_alive == 0) return;
-  if (time + dt < c.quiet_until) return;
+static void book_walls(fem::Mesh& mesh, sph::Particles& particles, const std::vector<WallExchange>& exchanges,
+                       Contact& c) {
+  for (const auto& e : exchanges) {
+    const PointRef p = point_ref(mesh, particles, e.point);
+    const double work = e.impulse.dot(*p.v_mean);
+    c.dissipated -= work;
+    if (heat_point(mesh, particles, e.point, -work)) c.heated -= work;
+    c.wall_impulse += e.impulse;
+    c.wall_angular_impulse += p.x->cross(e.impulse);
+  }
+}
+
+static void resolve_bodies(fem::Mesh& mesh, sph::Particles& particles, const ContactSettings& settings, double time,
+                           double dt, Contact& c) {
+  if (!settings.enabled || mesh.n_alive == 0 || time + dt < c.quiet_until) return;
   if (!still_valid(mesh, particles, dt, c)) {
     const double quiet = time_to_meet(mesh, particles);
     if (quiet > steps_ahead * dt) {
@@ -426,7 +484,15 @@ void resolve_contact(fem::Mesh& mesh, sph::Particles& particles, const std::vect
     }
     find_candidates(mesh, particles, dt, c);
   }
+  measure_closing(mesh, c);
   resolve_faces(mesh, particles, settings, dt, c);
+}
+
+void resolve_contact(fem::Mesh& mesh, sph::Particles& particles, const std::vector<Wall>& walls,
+                     const ContactSettings& settings, double time, double dt, Contact& c) {
+  const auto exchanges = resolve_walls(mesh, particles, walls, dt);
+  resolve_bodies(mesh, particles, settings, time, dt, c);
+  book_walls(mesh, particles, exchanges, c);
 }
 
 }  // namespace coupling

@@ -45,6 +45,8 @@ struct Contact {
   std::vector<Candidate> candidates;     ///< pairs that can meet before the lists are made anew
   std::vector<core::Vec3> point_x; ///< positions when the candidates were found
   double reach = 0;                      ///< how far anything may move before the candidates are found anew [m]
+  double edge = 1e300;                   ///< smallest face (square root of its area) near other bodies [m]
+  double closing = 0;                    ///< fastest approach of a node to a face at the last step [m/s]
   double quiet_until = 0;                ///< time before which no two bodies can meet [s]
   bool valid = false;
   std::uint64_t searches = 0, pairs_tested = 0;
@@ -63,6 +65,15 @@ bool contact_possible(const fem::Mesh& mesh, const sph::Particles& particles, co
 /// step's start [s].
 void resolve_contact(fem::Mesh& mesh, sph::Particles& particles, const std::vector<Wall>& walls,
                      const ContactSettings& settings, double time, double dt, Contact& contact);
+
+/// A node may close on a face by this part of the face's size in a step: a first impact is then resolved in time as it is
+/// in space, and does not start with elements struck out of shape.
+constexpr double closing_part = 0.4;
+
+/// Time step that contact allows [s].
+inline double stable_step(const Contact& contact) {
+  return contact.valid && contact.closing > 0 ? closing_part * contact.edge / contact.closing : 1e300;
+}
 
 /// The lists no longer fit the arrays (conversion, erosion, restart).
 inline void invalidate(Contact& contact) {

@@ -1,0 +1,269 @@
+// SPDX-License-Identifier: Apache-2.0
+// Contact of single points with faces, without forces: swept in time, on edges and corners, at grazing angles, through
+// openings, with friction, and with rigid walls. Judged by a brute-force count of crossings (crossings.hpp), by momentum,
+// and by closed-form inelastic impacts.
+#include <gtest/gtest.h>
+
+#include "tests/coupling/crossings.hpp"
+#include "tests/coupling/scene.hpp"
+
+namespace {
+
+using core::Vec3;
+using scene::Kinematic;
+
+constexpr double mm = 1e-3;
+
+/// A plate of 1 mm elements, its top face at z = 0, and one particle.
+Kinematic plate_and_particle(int n, int through, double mass, const Vec3& x, const Vec3& v) {
+  Kinematic k;
+  k.add(scene::plate(n, through, mm), 2785);
+  fem::finish(k.mesh);
+  scene::add_particle(k.particles, mass, x, v, 0);
+  return k;
+}
+
+/// Steps, and counts crossings by brute force.
+std::size_t crossings_of_a_step(Kinematic& k, double dt) {
+  const auto before = brute::remember(k.mesh, k.particles);
+  k.step(dt);
+  return brute::count(before, k.mesh, k.particles, 200);
+}
+
+TEST(PointContact, TheSlowTwinSeesACrossing) {
+  auto k = plate_and_particle(4, 1, 1e-9, Vec3(0.3, 0.2, 2) * mm, Vec3(0, 0, -1e4));
+  k.settings.enabled = false;
+  EXPECT_EQ(crossings_of_a_step(k, 1e-6), 1u);
+}
+
+TEST(PointContact, AStepOfTenFacesIsStopped) {
+  // 10 km/s for 1 us is 10 mm: ten times the face and the plate's thickness.
+  auto k = plate_and_particle(4, 1, 1e-9, Vec3(0.3, 0.2, 2) * mm, Vec3(0, 0, -1e4));
+  const Vec3 p0 = k.momentum();
+  const double k0 = k.kinetic();
+  EXPECT_EQ(crossings_of_a_step(k, 1e-6), 0u);
+  EXPECT_GE(k.particles.x[0][2], k.mesh.nodes.x[k.mesh.nodes.size() - 1][2] - 1e-12);
+  EXPECT_LT((k.momentum() - p0).norm(), 1e-14 * p0.norm());  // round-off of five additions
+  EXPECT_GT(k.contact.dissipated, 0);
+  EXPECT_LT(k.kinetic(), k0);
+  // one impulse a pair: all that is dissipated is heat, and kinetic energy lost is what was dissipated
+  EXPECT_NEAR(k.contact.dissipated, k0 - k.kinetic(), 1e-12 * k0);
+  EXPECT_NEAR(k.heat(), k.contact.heated, 1e-12 * k0);
+  EXPECT_EQ(k.contact.leaks, 0u);
+}
+
+TEST(PointContact, TiltedMovingRotatingFacesStopEverything) {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> u(-1, 1);
+  std::size_t crossed = 0, leaks = 0, cases = 0;
+  double momentum_error = 0;
+  for (int trial = 0; trial < 400; ++trial) {
+    Kinematic k;
+    auto hexes = scene::plate(4, 1, mm);
+    const core::Mat3 turn = Eigen::AngleAxisd(3 * u(random), scene::random_vector(random, 1).normalized()).toRotationMatrix();
+    for (auto& x : hexes.x) x = turn * x;
+    k.add(hexes, 2785);
+    fem::finish(k.mesh);
+    const Vec3 drift = scene::random_vector(random, 5000), spin = scene::random_vector(random, 3e5);
+    k.move_body(0, [&](const Vec3& x) { return Vec3(drift + spin.cross(x)); });
+    // a particle that would go through a random place of the plate's top within the step
+    const double dt = 1e-6, part = 0.5 * (1 + u(random));
+    const Vec3 target = turn * Vec3(1.8 * u(random) * mm, 1.8 * u(random) * mm, 0);
+    const Vec3 there = target + part * dt * (drift + spin.cross(target));
+    const Vec3 v = -1e4 * (turn * Vec3(0.7 * u(random), 0.7 * u(random), 1).normalized()) + drift;
+    scene::add_particle(k.particles, 1e-9 * std::pow(10.0, 2 * u(random)), there - part * dt * v, v, 0);
+    const Vec3 p0 = k.momentum();
+    const auto before = brute::remember(k.mesh, k.particles);
+    k.step(dt);
+    cases += k.contact.dissipated > 0;
+    const auto now = brute::count(before, k.mesh, k.particles, 200);
+    if (now != 0)
+      std::printf("trial %d: crossed by brute force %zu, leaks %llu\n", trial, now, (unsigned long long)k.contact.leaks);
+    crossed += now;
+    leaks += k.contact.leaks;
+    momentum_error = std::max(momentum_error, (k.momentum() - p0).norm() / p0.norm());
+  }
+  EXPECT_EQ(crossed, 0u);
+  EXPECT_EQ(leaks, 0u);
+  EXPECT_GT(cases, 300u);                // the aim is good: most of them do meet
+  EXPECT_LT(momentum_error, 1e-12);      // hundreds of impulses of a few ulp
+}
+
+TEST(PointContact, EdgesAndCornersOfFacesLeaveNoGap) {
+  // Exactly on, and a hair beside, edges shared by two faces, nodes shared by four, centres shared by four triangles, and
+  // the plate's outer edge and corner.
+  std::size_t crossed = 0, leaks = 0, met = 0;
+  for (const double offset : {0.0, 1e-16, -1e-16, 1e-12, -1e-12, 1e-9, -1e-9, 1e-7, -1e-7, 1e-6, -1e-6})
+    for (const Vec3& spot : {Vec3(0, 0, 0), Vec3(0, 0.5, 0), Vec3(1, 0.25, 0), Vec3(0.5, 0.5, 0), Vec3(1, 1, 0)})
+      for (const Vec3& direction : {Vec3(0, 0, -1), Vec3(1, 0, -1), Vec3(0.3, -0.9, -0.4), Vec3(1, 1, -0.1)}) {
+        const Vec3 v = 1e4 * direction.normalized(), aim = spot * mm + Vec3(offset, -0.37 * offset, 0);
+        auto k = plate_and_particle(6, 1, 1e-9, aim - v * 2e-7, v);
+        crossed += crossings_of_a_step(k, 1e-6);
+        leaks += k.contact.leaks;
+        met += k.contact.dissipated > 0;
+        EXPECT_GT(k.contact.dissipated, 0) << "missed at " << aim.transpose() << " along " << direction.transpose();
+      }
+  EXPECT_EQ(crossed, 0u);
+  EXPECT_EQ(leaks, 0u);
+  EXPECT_EQ(met, 11u * 5 * 4);
+}
+
+TEST(PointContact, OuterEdgesAndCornersAreSolid) {
+  // Diagonally at the convex edge (3, y, 0) and corner (3, 3, 0) of the block, exactly and a hair beside.
+  std::size_t crossed = 0, leaks = 0;
+  for (const double offset : {0.0, 1e-15, -1e-15, 1e-9, -1e-9, 1e-6, -1e-6, 1e-5, -1e-5})
+    for (const Vec3& spot : {Vec3(3, 0.25, 0), Vec3(3, 1, 0), Vec3(3, 3, 0)})
+      for (const Vec3& direction : {Vec3(-1, 0, -1), Vec3(-1, -0.2, -0.3), Vec3(-1, -1, -1), Vec3(-0.1, -0.1, -1)}) {
+        const Vec3 v = 1e4 * direction.normalized();
+        auto k = plate_and_particle(6, 6, 1e-9, spot * mm + Vec3(offset, 0, 0) - v * 2e-7, v);
+        const auto now = crossings_of_a_step(k, 1e-6);
+        if (now) std::printf("offset %g at %g %g along %g %g %g: leaks %llu\n", offset, spot[0], spot[1], direction[0],
+                             direction[1], direction[2], (unsigned long long)k.contact.leaks);
+        crossed += now;
+        leaks += k.contact.leaks;
+      }
+  EXPECT_EQ(crossed, 0u);
+  EXPECT_EQ(leaks, 0u);
+}
+
+TEST(PointContact, GrazingOverAnOuterEdgeIsStopped) {
+  // From beside the block, in flat, down onto its top: the point is nearer to the top's plane than any margin while it is
+  // still beside the block.
+  std::size_t crossed = 0, leaks = 0, cases = 0;
+  for (const double slope : {0.3, 0.1, 0.03, 0.01, 0.003, 0.001, 3e-4})
+    for (const double beyond : {0.001, 0.01, 0.05, 0.2, 0.5, 0.9})  // how far inside the top it would cross [mm]
+      for (const double start : {0.05, 0.5, 3.0}) {                 // how far outside it begins [mm]
+        const Vec3 v = 1e4 * Vec3(-1, 0, -slope).normalized();
+        const Vec3 spot = Vec3(3 - beyond, 0.3, 0) * mm;
+        const Vec3 x = spot + Vec3(beyond + start, 0, (beyond + start) * slope) * mm;
+        auto k = plate_and_particle(6, 6, 1e-9, x, v);
+        const auto now = crossings_of_a_step(k, 1e-6);
+        if (now) std::printf("slope %g, crosses %g mm inside, starts %g mm outside: leaks counted %llu\n", slope, beyond, start,
+                             (unsigned long long)k.contact.leaks);
+        crossed += now;
+        leaks += k.contact.leaks;
+        ++cases;
+      }
+  EXPECT_EQ(crossed, 0u) << "of " << cases;
+  EXPECT_EQ(leaks, crossed) << "the leak counter and the brute-force count differ";
+  EXPECT_EQ(leaks, 0u);
+}
+
+TEST(PointContact, ManyStepsAgainstAClosingCorner) {
+  // A particle in the inner corner of an L: it must stay between both faces while pushed into the corner step after step.
+  Kinematic k;
+  k.add(scene::plate(6, 1, mm), 2785);
+  auto upright = fem::box(rig::line(-4 * mm, -3 * mm, 1), rig::line(-3 * mm, 3 * mm, 6), rig::line(0, 6 * mm, 6));
+  k.add(upright, 2785);
+  fem::finish(k.mesh);
+  scene::add_particle(k.particles, 1e-9, Vec3(-2, 0.2, 1) * mm, Vec3(0, 0, 0), 0);
+  std::size_t crossed = 0;
+  for (int i = 0; i < 50; ++i) {
+    k.particles.v[0] = Vec3(-9000, 10, -9000);
+    crossed += crossings_of_a_step(k, 3e-7);
+  }
+  EXPECT_EQ(crossed, 0u);
+  EXPECT_EQ(k.contact.leaks, 0u);
+}
+
+TEST(PointContact, AnOpeningIsOpen) {
+  // A plate with its middle element gone. What goes through the hole keeps its velocity to the last bit; the walls of the
+  // hole are faces now and stop what goes for them.
+  for (const double x : {0.0, 0.3, 0.45, -0.49}) {
+    auto k = plate_and_particle(5, 1, 1e-9, Vec3(x, 0.1, 2) * mm, Vec3(0, 0, -1e4));
+    for (std::uint32_t el = 0; el < k.mesh.elements.size(); ++el)
+      if (k.mesh.elements.alive[el] && fem::centre(k.mesh, el, k.mesh.nodes.x).head<2>().norm() < 0.1 * mm)
+        fem::remove_element(k.mesh, el, false);
+    const Vec3 v = k.particles.v[0];
+    for (int i = 0; i < 20; ++i) k.step(5e-8);
+    EXPECT_EQ(k.particles.v[0], v) << "at x = " << x << " mm";
+    EXPECT_EQ(k.contact.dissipated, 0);
+  }
+  auto k = plate_and_particle(5, 1, 1e-9, Vec3(-1.5, 0.1, 1.5) * mm, Vec3(1e4, 0, -1e4));  // would meet the hole's far wall
+  k.particles.x[0] += Vec3(0.3, 0, -0.2) * mm;
+  for (std::uint32_t el = 0; el < k.mesh.elements.size(); ++el)
+    if (k.mesh.elements.alive[el] && fem::centre(k.mesh, el, k.mesh.nodes.x).head<2>().norm() < 0.1 * mm)
+      fem::remove_element(k.mesh, el, false);
+  std::size_t crossed = 0;
+  for (int i = 0; i < 20; ++i) crossed += crossings_of_a_step(k, 5e-8);
+  EXPECT_EQ(crossed, 0u);
+  EXPECT_GT(k.contact.dissipated, 0);
+  EXPECT_LT(k.particles.x[0][0], 0.5 * mm);
+}
+
+TEST(PointContact, AParallelPasserByIsNotTouched) {
+  auto k = plate_and_particle(6, 1, 1e-9, Vec3(-5, 0.1, 0.02) * mm, Vec3(1e4, 0, 0));
+  const Vec3 v = k.particles.v[0];
+  for (int i = 0; i < 20; ++i) k.step(1e-7);
+  EXPECT_EQ(k.particles.v[0], v);
+}
+
+TEST(PointContact, FrictionIsCoulomb) {
+  for (const double mu : {0.0, 0.1, 0.3}) {
+    // one element as heavy as a planet: the particle alone changes its velocity
+    Kinematic k;
+    k.add(scene::plate(1, 1, mm), 1e12);
+    fem::finish(k.mesh);
+    k.settings.friction = mu;
+    scene::add_particle(k.particles, 1e-9, Vec3(0, 0.1, 0.01) * mm, Vec3(1000, 0, -1000), 0);
+    k.step(1e-7);
+    const double normal = k.particles.v[0][2] + 1000, tangential = 1000 - k.particles.v[0][0];
+    EXPECT_NEAR(tangential, mu * normal, 1e-6 * normal) << "mu = " << mu;  // the face gives way by 1e-9 / 1e-3 of mass
+  }
+  Kinematic k;
+  k.add(scene::plate(1, 1, mm), 1e12);
+  fem::finish(k.mesh);
+  k.settings.friction = 10;  // sticks: slip stops and never turns round
+  scene::add_particle(k.particles, 1e-9, Vec3(0, 0.1, 0.001) * mm, Vec3(1000, 0, -1000), 0);
+  k.step(1e-7);
+  EXPECT_NEAR(k.particles.v[0][0], 0, 1e-3);
+}
+
+TEST(PointContact, ARigidWallIsPassedByNothing) {
+  std::mt19937 random(2);
+  Kinematic k;
+  k.add(scene::plate(4, 2, mm), 2785);
+  fem::finish(k.mesh);
+  k.walls.push_back({Vec3(0, 0, -4 * mm), Vec3(0.3, -0.2, 1).normalized()});
+  k.move_body(0, [](const Vec3&) { return Vec3(0, 0, -3000); });
+  for (int i = 0; i < 100; ++i)
+    scene::add_particle(k.particles, 1e-9, Vec3(0, 0, 3 * mm) + scene::random_vector(random, 2 * mm),
+                        Vec3(0, 0, -1e4) + scene::random_vector(random, 5e3), 0);
+  const Vec3 p0 = k.momentum();
+  const double k0 = k.kinetic();
+  double deepest = 0;
+  for (int i = 0; i < 60; ++i) {
+    k.step(1e-7);
+    const auto& w = k.walls[0];
+    for (const Vec3& x : k.mesh.nodes.x) deepest = std::min(deepest, w.normal.dot(x - w.point));
+    for (const Vec3& x : k.particles.x) deepest = std::min(deepest, w.normal.dot(x - w.point));
+  }
+  EXPECT_GT(deepest, -1e-9 * mm) << "as a part of an element's edge: " << deepest / mm;
+  EXPECT_LT((k.momentum() - p0 - k.contact.wall_impulse).norm(), 1e-12 * p0.norm());
+  EXPECT_NEAR(k.contact.dissipated, k0 - k.kinetic(), 1e-9 * k0);
+}
+
+TEST(PointContact, AWallTakesTheNormalVelocityOnly) {
+  Kinematic k;
+  k.add(scene::plate(1, 1, mm), 2785);
+  fem::finish(k.mesh);
+  k.walls.push_back({Vec3(0, 0, -5 * mm), Vec3(0, 0, 1)});
+  scene::add_particle(k.particles, 1e-9, Vec3(9, 9, -4.9) * mm, Vec3(70, 20, -1e4), 0);
+  k.step(1e-7);
+  k.step(1e-7);
+  EXPECT_EQ(k.particles.v[0][0], 70);
+  EXPECT_EQ(k.particles.v[0][1], 20);
+  EXPECT_NEAR(k.particles.v[0][2], 0, 1e-9);
+  EXPECT_NEAR(k.particles.x[0][2], -5 * mm, 1e-15);
+}
+
+TEST(PointContact, FarBodiesAreNotSearched) {
+  auto k = plate_and_particle(6, 1, 1e-9, Vec3(0, 0, 100) * mm, Vec3(0, 0, -1e4));
+  for (int i = 0; i < 50; ++i) k.step(1e-7);
+  EXPECT_EQ(k.contact.searches, 0u);
+  for (int i = 0; i < 100; ++i) k.step(1e-7);
+  EXPECT_GT(k.contact.dissipated, 0) << "the quiet time ran past the meeting";
+  EXPECT_GT(k.particles.x[0][2], -1 * mm);
+}
+
+}  // namespace
