@@ -1,4 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <unistd.h>
+
+#include <cstdlib>
+
 #include "app/commands.hpp"
 
-int main(int argc, char** argv) { return app::command_line(argc, argv); }
+/// Idle threads of the OpenMP runtime spin for milliseconds by default, which makes a run on a machine that is busy with
+/// something else many times slower. The runtime reads its settings when it is loaded, so the program starts itself anew
+/// with a short spin, once, unless the user has chosen.
+static void spin_briefly(char** argv) {
+  if (std::getenv("OMP_WAIT_POLICY") || std::getenv("GOMP_SPINCOUNT")) return;
+  setenv("GOMP_SPINCOUNT", "5000", 1);
+  execv("/proc/self/exe", argv);  // returns only where it fails: the run goes on as it is
+}
+
+int main(int argc, char** argv) {
+  spin_briefly(argv);
+  return app::command_line(argc, argv);
+}

@@ -108,7 +108,7 @@ static void start_moving(const io::BodySpec& body, core::Range nodes, fem::Nodes
   }
 }
 
-/// Elements built within one element of the line of flight: where the pressure on the axis is read.
+/// The column of elements built next to the line of flight: where the pressure on the axis is read.
 static void mark_axis(Simulation& s) {
   s.on_axis.assign(s.mesh.elements.size(), 0);
   if (s.scene.impact_velocity.isZero(0)) return;
@@ -116,7 +116,7 @@ static void mark_axis(Simulation& s) {
   const double reach = s.scene.element_size > 0 ? s.scene.element_size : s.scene.projectile_size / s.spec.elements_across;
   for (std::size_t el = 0; el < s.mesh.elements.size(); ++el) {
     const Vec3 d = fem::centre(s.mesh, el, s.mesh.nodes.x) - s.scene.aim;
-    s.on_axis[el] = (d - d.dot(along) * along).norm() <= reach;
+    s.on_axis[el] = (d - d.dot(along) * along).norm() <= 1.25 * reach;
   }
 }
 

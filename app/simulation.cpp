@@ -146,7 +146,8 @@ void choose_step(Simulation& s, double stop) {
     dt = closing;
     s.limit = {"contact", 0, closing};
   }
-  constexpr double growth = 1.1;
+  constexpr double growth = 1.1, first = 0.1;  // nothing is known yet of what the bodies are about to do to each other
+  if (s.dt_old == 0) dt *= first;
   if (s.dt_old > 0 && dt > growth * s.dt_old) {
     dt = growth * s.dt_old;
     s.limit.kind = "growth";

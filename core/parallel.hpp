@@ -29,7 +29,7 @@ inline int threads() {
 /// f(i) for i in [0, n), in no particular order.
 template <class F>
 void for_each(std::size_t n, F&& f) {
-#pragma omp parallel for schedule(static) if (n > 256)
+#pragma omp parallel for schedule(static) if (n > 1024)
   for (std::ptrdiff_t i = 0; i < static_cast<std::ptrdiff_t>(n); ++i) f(static_cast<std::size_t>(i));
 }
 

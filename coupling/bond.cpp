@@ -17,8 +17,10 @@ using core::Vec3;
 class OccupiedCells {
  public:
   OccupiedCells(const sph::Particles& p, double reach) : inverse_(1 / reach) {
+    std::unordered_set<std::uint64_t> own;
     for (const Vec3& x : p.x) {
       const Cell c = cell(x);
+      if (!own.insert(key(c)).second) continue;
       for (std::int64_t i = -1; i <= 1; ++i)
         for (std::int64_t j = -1; j <= 1; ++j)
           for (std::int64_t k = -1; k <= 1; ++k) cells_.insert(key({c.i + i, c.j + j, c.k + k}));

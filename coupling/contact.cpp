@@ -84,6 +84,23 @@ static double gap_at(const Triangle& t, const Triangle& v, const Vec3& p, const 
   return now.normal().normalized().dot(p + time * vp - now.c);
 }
 
+/// Time at which the signed distance falls to `gap`, by bracketed secant steps; 0 where it starts below.
+static double time_of_gap(const Triangle& t, const Triangle& v, const Vec3& p, const Vec3& vp, double dt, double gap,
+                          double gap_start, double gap_end, double tolerance) {
+  double t0 = 0, g0 = gap_start - gap, t1 = dt, g1 = gap_end - gap, when = 0;
+  if (g1 >= 0) return dt;
+  for (int k = 0; k < 12 && g0 > tolerance; ++k) {
+    when = t0 + (t1 - t0) * g0 / (g0 - g1);
+    const double g = gap_at(t, v, p, vp, when) - gap;
+    if (std::abs(g) < tolerance) break;
+    if (g > 0)
+      t0 = when, g0 = g;
+    else
+      t1 = when, g1 = g;
+  }
+  return when;
+}
+
 /// Does p(t) come nearer than the margin to the moving triangle, from outside, within dt?
 static bool meets(const Triangle& t, const Triangle& v, const Vec3& p, const Vec3& vp, double dt, double margin,
                   bool strict, Meeting& m, std::array<double, 2>& where) {
@@ -100,20 +117,14 @@ static bool meets(const Triangle& t, const Triangle& v, const Vec3& p, const Vec
   m.normal = n1 / end_norm;
   m.gap_end = m.normal.dot(p + dt * vp - end.c);
   if (m.gap_end >= (strict ? -1e-9 * margin : 0.5 * m.target)) return false;
-  // when: the root of the signed distance, bracketed
-  double t0 = 0, g0 = gap_0 - m.target, t1 = dt, g1 = m.gap_end - m.target, when = 0;
-  for (int k = 0; k < 12 && g0 > 0.1 * margin; ++k) {
-    when = t0 + (t1 - t0) * g0 / (g0 - g1);
-    const double g = gap_at(t, v, p, vp, when) - m.target;
-    if (std::abs(g) < 0.1 * margin) break;
-    if (g > 0)
-      t0 = when, g0 = g;
-    else
-      t1 = when, g1 = g;
-  }
-  where = barycentric(moved(t, v, when), p + when * vp);
   const double low = strict ? 0.0 : -edge_tolerance;
-  return where[0] >= low && where[1] >= low && where[0] + where[1] <= 1 - low;
+  const auto inside_at = [&](double gap) {
+    const double when = time_of_gap(t, v, p, vp, dt, gap, gap_0, m.gap_end, 0.1 * margin);
+    where = barycentric(moved(t, v, when), p + when * vp);
+    return where[0] >= low && where[1] >= low && where[0] + where[1] <= 1 - low;
+  };
+  // A point that slides along while it closes in may come over the triangle only between margin and sheet.
+  return inside_at(m.target) || (m.target > 0 && m.gap_end < 0 && inside_at(0.0));
 }
 
 /// The deepest meeting of a point with a face. strict: only a true crossing of the sheet.
@@ -125,6 +136,10 @@ static Meeting meet(const fem::Mesh& mesh, const std::array<std::size_t, 4>& nod
   const Vec3 diagonals = (n.x[node[2]] - n.x[node[0]]).cross(n.x[node[3]] - n.x[node[1]]);
   const double margin = margin_part * std::sqrt(0.5 * diagonals.norm());
   Meeting best;
+  const double reach = margin + (*p.v - vc).norm() * dt;
+  double face = 0;
+  for (const auto k : node) face = std::max(face, (n.x[k] - xc).norm() + (n.v[k] - vc).norm() * dt);
+  if ((*p.x - xc).norm() > reach + face) return best;
   for (std::size_t k = 0; k < 4; ++k) {
     const std::size_t a = node[k], b = node[(k + 1) % 4];
     Meeting m;

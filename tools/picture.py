@@ -5,8 +5,8 @@
     picture.py DIR [--out FILE] [--color body|speed]        writes DIR/cloud.png
 
 Reads run.h5, history.csv, summary.json and case.toml of DIR (layout of run.h5: io/snapshot.cpp). A half, quarter or eighth
-is mirrored to its full width. Elements are cut by the plane that holds the line of flight; the matter behind the cut that
-moves, and all particles, are drawn as dots of their size, the farther ones first.
+is mirrored to its full width. The view is cut open along the plane that holds the line of flight: elements there and particles
+close to it in full colour, and behind them, paler, the particles and the moving elements farther away, as dots of their size.
 """
 import argparse
 import csv
@@ -56,8 +56,9 @@ class Run:
         self.speed = max(speeds)
         flight = np.array(self.bodies[self.shot].get("velocity", [0, 0, 0]), float)
         self.flight = flight / self.speed if self.speed > 0 else np.array([0, 0, -1.0])
-        # horizontal: the axis that flight is nearest to; vertical: the next nearest, x before y where there is none
-        self.across = int(np.argmax(abs(self.flight)))
+        # horizontal: the axis nearest to the first plate's normal, or to flight; vertical: the next nearest to flight, x before y
+        normals = [b.get("normal", [0, 0, 1]) for k, b in enumerate(self.bodies) if k != self.shot and b["shape"] in ("plate", "box")]
+        self.across = int(np.argmax(np.abs(normals[0] if normals else self.flight)))
         others = [d for d in range(3) if d != self.across]
         self.up = max(others, key=lambda d: (abs(self.flight[d]), -d))
         self.depth = 3 - self.across - self.up
@@ -147,16 +148,19 @@ def window(run, now, name, aspect):
     h, u, plates = run.across, run.up, run.plates()
     size = run.size_of_shot()
     moving = now.speed > 0.02 * run.speed
-    x = now.x[moving] if moving.any() else now.x
+    x = now.x[moving] if moving.any() and plates else now.x
     low, high = (np.quantile(x[:, [h, u]], q, axis=0) for q in (0.005, 0.995))
     if len(plates) > 1 and now.front(run) > plates[0][1] + 2 * size:
         # the whole scene, from a little before the first plate to a little behind the last
         ends = sorted(run.towards * s for s in (plates[0][0] - 0.12 * (plates[-1][1] - plates[0][0]),
                                                plates[-1][1] + 0.22 * (plates[-1][1] - plates[0][0])))
         low[0], high[0] = ends
-        reach = 0.55 * (ends[1] - ends[0]) / aspect * 1.2
-        middle = 0.0 if run.mirrored[u] else 0.5 * (low[1] + high[1])
-        low[1], high[1] = max(low[1], middle - reach), min(high[1], middle + reach)
+        # up and down about the line of flight between the first plate and the last
+        reach = 0.5 * (ends[1] - ends[0]) / aspect
+        start = np.array(run.bodies[run.shot].get("center", [0, 0, 0]), float)
+        way = [(s - run.towards * start[h]) / max(abs(run.flight[h]), 0.1) for s in (plates[0][0], plates[-1][0])]
+        middle = 0.0 if run.mirrored[u] else float(np.mean([start[u] + run.flight[u] * w for w in way]))
+        low[1], high[1] = middle - reach, middle + reach
     if run.mirrored[u]:
         reach = max(abs(low[1]), abs(high[1]))
         low[1], high[1] = -reach, reach
@@ -173,6 +177,23 @@ def mirror(points, run, axis):
     image = points.copy()
     image[..., 1] *= -1
     return np.concatenate([points, image]), 2
+
+
+def paler(colours):
+    """Colours of what lies behind: a third of the way to the background."""
+    return np.concatenate([0.67 * colours[:, :3] + 0.33 * 0.95, colours[:, 3:]], axis=1)
+
+
+def draw_dots(ax, run, now, rows, color, order):
+    """Points as discs of their size, the farthest first."""
+    if not len(rows):
+        return
+    rows = rows[np.argsort(-abs(now.x[rows, run.depth]), kind="stable")]
+    xy, copies = mirror(now.x[rows][:, [run.across, run.up]], run, run.up)
+    diameter = np.tile(1.1 * now.size[rows] * MM, copies)
+    ax.add_collection(EllipseCollection(diameter, diameter, 0, units="xy", offsets=xy * MM, offset_transform=ax.transData,
+                                        facecolors=np.tile(color(now, rows), (copies, 1)),
+                                        edgecolors="#00000040", linewidths=0.12, zorder=order))
 
 
 def draw_instant(ax, run, now, color, name):
@@ -192,13 +213,12 @@ def draw_instant(ax, run, now, color, name):
     if run.mirrored[d]:
         # the row of elements that touches the plane of symmetry
         cut = depth.min(1) < 1e-3 * now.size[:n]
-    # dots: particles, and elements behind the cut that move
+    # dots: particles, and elements behind the cut that move; the cut itself; particles near it
     dots = np.ones(len(now.x), bool)
     dots[:n] = ~cut & (now.speed[:n] > 0.01 * run.speed)
-    order = np.flatnonzero(dots)
-    order = order[np.argsort(-abs(now.x[order, d]), kind="stable")]
-    xy, times = mirror(now.x[order][:, [h, u]], run, u)
-    # elements of the plates fill the picture's ground, so dots go on top
+    near = dots & (abs(now.x[:, d]) < 1.5 * now.size)
+    near[:n] = False
+    draw_dots(ax, run, now, np.flatnonzero(dots & ~near), lambda *a: paler(color(*a)), 1)
     if cut.any():
         c = corner[cut]
         faces = FACES[np.argmin(abs(c[:, FACES, d]).mean(2), axis=1)]
@@ -206,11 +226,7 @@ def draw_instant(ax, run, now, color, name):
         polygons, copies = mirror(polygons, run, u)
         colours = np.tile(color(now, np.flatnonzero(cut)), (copies, 1))
         ax.add_collection(PolyCollection(polygons * MM, facecolors=colours, edgecolors=colours, linewidths=0.15, zorder=2))
-    if len(order):
-        diameter = np.tile(1.1 * now.size[order] * MM, times)
-        ax.add_collection(EllipseCollection(diameter, diameter, 0, units="xy", offsets=xy * MM, offset_transform=ax.transData,
-                                            facecolors=np.tile(color(now, order), (times, 1)),
-                                            edgecolors="#00000040", linewidths=0.12, zorder=3))
+    draw_dots(ax, run, now, np.flatnonzero(near), color, 3)
     ax.set_title(f"{now.time * US:.2f} µs" + (f"   {name}" if name else ""), fontsize=10, loc="left")
     ax.tick_params(labelsize=8)
 
@@ -240,7 +256,7 @@ def people(value, unit):
         return "yes" if value else "no"
     scale, name = {"m": (1e3, "mm"), "rad": (180 / np.pi, "deg"), "m/s": (1e-3, "km/s"), "Pa": (1e-9, "GPa"),
                    "kg": (1e6, "mg"), "": (1, "")}.get(unit, (1, unit))
-    return f"{scale * value:.3g} {name}".strip()
+    return f"{value:.0f}" if unit == "" and value == int(value) else f"{scale * value:.3g} {name}".strip()
 
 
 def wanted(run):
@@ -282,7 +298,7 @@ def draw_text(ax, run):
 def colouring(run, by, figure, axis):
     """Colour of rows of an instant, and its legend."""
     if by == "speed":
-        norm, table = matplotlib.colors.Normalize(0, run.speed * 1e-3), plt.get_cmap("cividis")
+        norm, table = matplotlib.colors.Normalize(0, run.speed * 1e-3), plt.get_cmap("viridis")
         bar = figure.colorbar(matplotlib.cm.ScalarMappable(norm, table), cax=axis, orientation="horizontal")
         bar.set_label("speed (km/s)", fontsize=9)
         bar.ax.tick_params(labelsize=8)

@@ -43,37 +43,48 @@ double mean_velocity(const app::Simulation& s, std::size_t body) {
   return p / m;
 }
 
+/// Uniaxial strain: no node moves sideways, so no release comes in from the sides.
+void confine(rig::Rig& r) {
+  r.fix(1 | 2, [](const Vec3&) { return true; });
+}
+
 TEST(BlockImpact, EqualBlocksStopAtTheInterface) {
-  // The plane of impact of a symmetric collision moves at the mean of both velocities. Nodes of one block lie off the
-  // other's by a third of an element, so this is no collision of nodes with nodes.
+  // Uniaxial, nodes of one block off the other's (6 elements on 4): the plane of impact of a symmetric collision moves at
+  // the mean of both velocities, and the pressure behind the shocks is that of the Hugoniot at up = 500 m/s.
   rig::Rig r;
-  r.add(block(0.02 * a, 10, 6, a / 3), scene::aluminium(), [](const Vec3&) { return Vec3(0, 0, -500); });
-  r.add(block(-10 * a, 10, 6, 0), scene::aluminium(), [](const Vec3&) { return Vec3(0, 0, 500); });
+  r.add(block(0.02 * a, 15), scene::aluminium(), [](const Vec3&) { return Vec3(0, 0, -500); });
+  r.add(block(-15 * a, 10, 4, 0, 1.5 * a), scene::aluminium(), [](const Vec3&) { return Vec3(0, 0, 500); });
+  confine(r);
   r.begin();
-  const Watch w = run(r, 0.1e-6);  // the shock is on its way through both (1 mm takes 0.17 us)
+  const Watch w = run(r, 0.18e-6);  // the shock has passed 1.1 of 1.5 mm
   EXPECT_EQ(w.crossings, 0u);
   EXPECT_EQ(r.s->contact.leaks, 0u);
   EXPECT_LT(w.energy, 1e-9);
   EXPECT_LT(w.momentum, 1e-12);
-  EXPECT_GT(r.s->contact.dissipated, 0);
   const auto& n = r.s->mesh.nodes;
   for (std::size_t b = 0; b < 2; ++b) {
-    double worst = 0;
-    for (auto nd = r.s->mesh.body_nodes[b].first; nd < r.s->mesh.body_nodes[b].last; ++nd)
-      if (std::abs(n.x[nd][2]) < 0.3 * a && n.x[nd].head<2>().cwiseAbs().maxCoeff() < 1.5 * a)
-        worst = std::max(worst, std::abs(n.v[nd][2]));
-    EXPECT_LT(worst, 25) << "body " << b << ": 5 % of the impact velocity, the noise of an impact through contact";
+    double worst = 0, mean = 0;
+    int counted = 0;
+    for (auto nd = r.s->mesh.body_nodes[b].first; nd < r.s->mesh.body_nodes[b].last; ++nd) {
+      if (std::abs(n.x[nd][2]) > 0.3 * a) continue;
+      worst = std::max(worst, std::abs(n.v[nd][2]));
+      mean += n.v[nd][2], ++counted;
+    }
+    ASSERT_GT(counted, 0);
+    EXPECT_LT(std::abs(mean / counted), 25) << "body " << b << ": the mean velocity of its face, 5 % of each block's";
+    EXPECT_LT(worst, 150) << "body " << b << ": nodes of 4 elements under 6 do not share alike; 30 %";
   }
-  // pressure behind the shock: Hugoniot at up = 500 m/s, away from the free sides
   const double hugoniot = 2785 * (5328 + 1.338 * 500) * 500;
   double p = 0;
   int counted = 0;
   for (std::size_t el = 0; el < r.s->mesh.elements.size(); ++el) {
-    const Vec3 x = fem::centre(r.s->mesh, el, n.x);
-    if (!r.s->mesh.elements.alive[el] || std::abs(x[2]) > 1.7 * a || x.head<2>().cwiseAbs().maxCoeff() > 1.1 * a) continue;
+    const double z = std::abs(fem::centre(r.s->mesh, el, n.x)[2]);
+    if (!r.s->mesh.elements.alive[el] || z < 2 * a || z > 6 * a) continue;
     p += r.s->mesh.elements.pt.p[el], ++counted;
   }
-  EXPECT_NEAR(p / counted, hugoniot, 0.25 * hugoniot);  // releases from the sides have begun
+  EXPECT_NEAR(p / counted, hugoniot, 0.03 * hugoniot);
+  // An inelastic impact of the nodes on the faces: of order one layer's kinetic energy, and it shrinks with the mesh.
+  EXPECT_LT(r.s->contact.dissipated, 0.1 * r.s->ledger.initial.kinetic);
 }
 
 TEST(BlockImpact, BooksStayClosedUntilTheyPart) {
@@ -131,24 +142,25 @@ TEST(BlockImpact, StiffnessRatioOfAThousandIsStable) {
 
 TEST(BlockImpact, AgainstARigidWall) {
   rig::Rig r;
-  r.add(block(0.02 * a, 10, 6), scene::aluminium(), [](const Vec3&) { return Vec3(0, 0, -500); });
+  r.add(block(0.02 * a, 15), scene::aluminium(), [](const Vec3&) { return Vec3(0, 0, -500); });
+  confine(r);
   r.s->walls.push_back({Vec3::Zero(), Vec3::UnitZ()});
   r.s->hood.mirrors.push_back({Vec3::Zero(), Vec3::UnitZ(), true});
   r.begin();
-  run(r, 0.1e-6);
+  run(r, 0.18e-6);
   double deepest = 0, worst = 0;
   const auto& n = r.s->mesh.nodes;
   for (std::size_t nd = 0; nd < n.size(); ++nd) {
     deepest = std::min(deepest, n.x[nd][2]);
-    if (n.x[nd][2] < 0.3 * a && n.x[nd].head<2>().cwiseAbs().maxCoeff() < 1.5 * a) worst = std::max(worst, std::abs(n.v[nd][2]));
+    if (n.x[nd][2] < 0.3 * a) worst = std::max(worst, std::abs(n.v[nd][2]));
   }
   EXPECT_GT(deepest, -1e-9 * a);
-  EXPECT_LT(worst, 25);
+  EXPECT_LT(worst, 1e-6);
   EXPECT_LT(std::abs(r.s->ledger.energy_error), 1e-9);
   EXPECT_LT(r.s->ledger.momentum_error, 1e-12);
-  // a wall gives what a mirror image would: the impulse is the pressure of the Hugoniot over the face while no release has
-  // come in from the sides or back
-  EXPECT_NEAR(r.s->contact.wall_impulse[2], 2785 * 5997.0 * 500 * 36 * a * a * 0.1e-6, 0.25 * 2785 * 5997.0 * 500 * 36 * a * a * 0.1e-6);
+  // The wall's impulse is the Hugoniot's pressure over the face and the time; the contact began 4 ns late (0.02 a).
+  const double expected = 2785 * (5328 + 1.338 * 500) * 500 * 36 * a * a * 0.176e-6;
+  EXPECT_NEAR(r.s->contact.wall_impulse[2], expected, 0.05 * expected);
 }
 
 TEST(BlockImpact, SqueezedBetweenABlockAndAWall) {

@@ -4,8 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <functional>
 #include <memory>
+#include <string>
+
+#include <gtest/gtest.h>
 
 #include "app/simulation.hpp"
 #include "fem/elements.hpp"
@@ -24,6 +28,22 @@ inline material::Material mie_grueneisen(double rho_0, double c_0, double s, dou
   e.rho_0 = rho_0, e.c_0 = c_0, e.s_1 = s, e.gamma_0 = gamma, e.a = a, e.cv = 900;
   m.eos = e;
   eos::prepare(m.eos);
+  m.strength = material::NoStrength{};
+  return m;
+}
+
+/// Linear elastic to a good approximation: Us = c_0, no heating, bulk modulus rho c_0^2, and no yield.
+inline material::Material elastic(double rho_0, double K, double G) {
+  auto m = mie_grueneisen(rho_0, std::sqrt(K / rho_0), 0, 0);
+  m.strength = material::PerfectlyPlastic{G, 1e6 * G};
+  return m;
+}
+
+inline material::Material ideal_gas(double rho_0, double gamma) {
+  material::Material m;
+  m.name = "gas";
+  m.rho_0 = rho_0;
+  m.eos = eos::IdealGas{gamma, 718};
   m.strength = material::NoStrength{};
   return m;
 }
@@ -76,6 +96,36 @@ class Rig {
 
   std::unique_ptr<app::Simulation> s;
 };
+
+/// Prints a measured value beside the exact one, records it for the test report, and returns the relative error.
+inline double report(const std::string& name, double measured, double exact) {
+  const double error = exact != 0 ? measured / exact - 1 : measured;
+  std::printf("  %-44s measured %-14.7g exact %-14.7g error %+.3e\n", name.c_str(), measured, exact, error);
+  char text[160];
+  std::snprintf(text, sizeof text, "measured %.9g exact %.9g error %.3e", measured, exact, error);
+  std::string key;
+  for (const char c : name) key += std::isalnum(static_cast<unsigned char>(c)) ? c : '_';
+  ::testing::Test::RecordProperty(key, text);
+  return error;
+}
+
+/// A number with no exact value beside it.
+inline void note(const std::string& name, double value) {
+  std::printf("  %-44s %.6g\n", name.c_str(), value);
+  std::string key;
+  for (const char c : name) key += std::isalnum(static_cast<unsigned char>(c)) ? c : '_';
+  ::testing::Test::RecordProperty(key, std::to_string(value));
+}
+
+/// Order of convergence seen between two errors on meshes that differ by a factor of two.
+inline double observed_order(const std::string& name, double coarse, double fine) {
+  const double order = std::log2(std::abs(coarse) / std::abs(fine));
+  std::printf("  %-44s coarse %.4e fine %.4e order %.3f\n", name.c_str(), coarse, fine, order);
+  std::string key;
+  for (const char c : name) key += std::isalnum(static_cast<unsigned char>(c)) ? c : '_';
+  ::testing::Test::RecordProperty(key + "_order", std::to_string(order));
+  return order;
+}
 
 inline std::vector<double> line(double first, double last, int n) {
   std::vector<double> x;

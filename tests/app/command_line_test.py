@@ -1,0 +1,456 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""The built program from outside: exit codes, what it says, what it leaves on the disk.
+
+    command_line_test.py PROGRAM [TEST ...]      TEST as for unittest: a class or class.method
+Only the standard library; h5py compares states where it is installed.
+"""
+import csv
+import json
+import os
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+try:
+    import h5py
+except ImportError:
+    h5py = None
+
+PROGRAM = None
+
+CASE = """title = "small shot"
+[run]
+mode = "hybrid"
+end = "0.4 us"
+elements_across = 6
+[[body]]
+name = "projectile"
+shape = "sphere"
+diameter = "1 mm"
+center = ["0 mm", "0 mm", "0.52 mm"]
+velocity = ["0 km/s", "0 km/s", "-6 km/s"]
+material = "Al2024-T351"
+[[body]]
+name = "bumper"
+shape = "plate"
+size = ["6 mm", "6 mm"]
+thickness = "0.3 mm"
+center = ["0 mm", "0 mm", "-0.15 mm"]
+material = "Al2024-T351"
+[output]
+every = "0.1 us"
+"""
+
+SUMMARY_KEYS = """completed stop_reason mode time steps threads wall_seconds cpu_seconds peak_memory_bytes
+elements.initial elements.alive elements.converted elements.eroded particles.created particles.final
+work.element_updates work.element_updates_asleep work.particle_updates work.particle_updates_asleep work.pair_updates
+work.stage_seconds.contact
+conservation.initial_kinetic conservation.mass_error conservation.momentum_error conservation.angular_momentum_error
+conservation.energy_error conservation.ledger.kinetic conservation.ledger.internal conservation.ledger.hourglass
+conservation.ledger.contact conservation.ledger.conversion conservation.ledger.eroded_kinetic
+conservation.ledger.eroded_internal measurements""".split()
+
+
+class Folder(unittest.TestCase):
+    """A folder of its own for every test, gone after it."""
+
+    def setUp(self):
+        self.dir = tempfile.mkdtemp(prefix="ejecta_cli_")
+        self.addCleanup(shutil.rmtree, self.dir, True)
+        self.case = self.write("case.toml", CASE)
+        self.out = os.path.join(self.dir, "out")
+
+    def write(self, name, text):
+        path = os.path.join(self.dir, name)
+        with open(path, "w") as f:
+            f.write(text)
+        return path
+
+    def ejecta(self, *arguments, **more):
+        env = dict(os.environ, OMP_NUM_THREADS="1")
+        return subprocess.run([PROGRAM, *arguments], cwd=self.dir, env=env, capture_output=True, text=True, timeout=100, **more)
+
+    def files(self):
+        return sorted(os.path.relpath(os.path.join(d, f), self.dir) for d, _, fs in os.walk(self.dir) for f in fs)
+
+    def nothing_half_written(self, folder):
+        for d, _, fs in os.walk(folder):
+            for f in fs:
+                self.assertFalse(f.endswith(".tmp"), f"{f} was left in {d}")
+
+    def summary(self, folder):
+        with open(os.path.join(folder, "summary.json")) as f:
+            return json.load(f)
+
+
+class Messages(Folder):
+    """Errors of usage and of the case: exit 2, where, what, what instead; nothing written."""
+
+    def refused(self, *arguments, says, name="case.toml", text=None):
+        if text is not None:
+            self.write(name, text)
+        before = self.files()
+        r = self.ejecta(*arguments)
+        said = r.stdout + r.stderr
+        self.assertEqual(r.returncode, 2, said)
+        for part in says:
+            self.assertIn(part, said)
+        self.assertNotIn("terminate called", said)
+        self.assertEqual(self.files(), before, "something was written")
+        self.assertFalse(os.path.exists(self.out) and os.listdir(self.out))
+        return said
+
+    def line_of(self, text, part):
+        return next(i + 1 for i, line in enumerate(text.splitlines()) if part in line)
+
+    def run_with(self, old, new, says):
+        text = CASE.replace(old, new, 1)
+        self.assertNotEqual(text, CASE)
+        line = self.line_of(text, new.splitlines()[0])
+        for command in ("run", "check"):
+            arguments = [command, "case.toml"] + (["--out", self.out] if command == "run" else [])
+            self.refused(*arguments, text=text, says=[f"case.toml:{line}", *says])
+
+    def test_misspelt_key(self):
+        self.run_with('diameter = "1 mm"', 'diametre = "1 mm"', ["diametre", "diameter"])
+
+    def test_misspelt_table(self):
+        self.run_with("[output]", "[ouput]", ["ouput", "output"])
+
+    def test_wrong_unit(self):
+        self.run_with('end = "0.4 us"', 'end = "0.4 mm"', ["end", "0.4 mm"])
+
+    def test_unknown_unit(self):
+        self.run_with('thickness = "0.3 mm"', 'thickness = "0.3 smoot"', ["thickness", "smoot"])
+
+    def test_zero_thickness(self):
+        self.run_with('thickness = "0.3 mm"', 'thickness = "0 mm"', ["thickness", "0"])
+
+    def test_unknown_material(self):
+        self.run_with('material = "Al2024-T351"', 'material = "Al2024-T53"', ["material", "Al2024-T53", "Al2024-T351"])
+
+    def test_unknown_mode(self):
+        self.run_with('mode = "hybrid"', 'mode = "hybird"', ["mode", "hybird", "hybrid"])
+
+    def test_unknown_shape(self):
+        self.run_with('shape = "sphere"', 'shape = "spere"', ["shape", "spere", "sphere"])
+
+    def test_missing_velocity_number(self):
+        self.run_with('velocity = ["0 km/s", "0 km/s", "-6 km/s"]', 'velocity = ["0 km/s", "-6 km/s"]', ["velocity", "3"])
+
+    def test_syntax(self):
+        self.refused("run", "case.toml", "--out", self.out, text=CASE.replace("[run]", "[run"), says=["case.toml:2"])
+
+    def test_overlapping_bodies(self):
+        text = CASE.replace('"0.52 mm"]', '"0.42 mm"]')
+        self.refused("run", "case.toml", "--out", self.out, text=text, says=["projectile", "bumper", "overlap", "case.toml"])
+
+    def test_more_than_the_machine_has(self):
+        text = CASE.replace("elements_across = 6", "elements_across = 3000")
+        said = self.refused("run", "case.toml", "--out", self.out, text=text, says=["elements_across", "3000"])
+        self.assertIn(f"case.toml:{self.line_of(text, '3000')}", said)
+        text = CASE.replace("elements_across = 6", "elements_across = 1000")
+        self.refused("run", "case.toml", "--out", self.out, text=text, says=["elements_across", "1000", "GiB"])
+        self.refused("check", "case.toml", text=text, says=["GiB"])
+
+    def test_no_case(self):
+        self.refused("run", "nowhere.toml", says=["nowhere.toml"])
+        self.write("noise.toml", "\x00\x01\x7fELF no case at all")
+        self.refused("run", "noise.toml", says=["noise.toml"])
+        self.write("empty.toml", "")
+        self.refused("run", "empty.toml", says=["empty.toml"])
+        os.mkdir(os.path.join(self.dir, "folder"))
+        self.refused("run", "folder", says=["folder"])
+
+    def test_existing_folder(self):
+        os.mkdir(self.out)
+        with open(os.path.join(self.out, "mine"), "w") as f:
+            f.write("precious")
+        before = self.files()
+        r = self.ejecta("run", "case.toml", "--out", self.out)
+        self.assertEqual(r.returncode, 2)
+        self.assertIn("--force", r.stderr)
+        self.assertIn(self.out, r.stderr)
+        self.assertEqual(self.files(), before)
+
+    def test_folder_that_cannot_be_made(self):
+        self.write("file", "")
+        self.refused("run", "case.toml", "--out", os.path.join(self.dir, "file", "out"), says=["file"])
+
+    def test_usage(self):
+        self.refused("rnu", "case.toml", says=["rnu"])
+        self.refused(says=["run"])
+        self.refused("run", says=["CASE"])
+        self.refused("run", "case.toml", "--threads", "0", says=["threads"])
+        self.refused("run", "case.toml", "--speed", "11", says=["speed"])
+        self.refused("run", "case.toml", "--mode", "hybird", "--out", self.out, says=["hybird", "hybrid"])
+
+    def test_bad_override(self):
+        for key, says in (("run.ned=1", ["run.ned", "end"]), ("end=1", ["end"]), ("run.end", ["run.end"]),
+                          ('run.end="3 mm"', ["end", "3 mm"]), ("body.bumber.thickness=1", ["bumber", "bumper"])):
+            self.refused("run", "case.toml", "--out", self.out, "--set", key, says=["--set", *says])
+
+    def test_unknown_names(self):
+        self.refused("materials", "Al2024", says=["Al2024-T351"])
+        self.refused("hugoniot", "unobtainium", says=["unobtainium"])
+        self.refused("resume", "nowhere", says=["nowhere"])
+        self.refused("measure", "nowhere", says=["nowhere"])
+
+
+class Output(Folder):
+    """What a run leaves, and the commands that only print."""
+
+    def test_a_run_and_its_measurements(self):
+        r = self.ejecta("run", "case.toml", "--out", self.out)
+        self.assertEqual(r.returncode, 0, r.stdout + r.stderr)
+        for name in ("case.toml", "summary.json", "history.csv", "run.h5", "run.xdmf", "checkpoint.h5", "log.txt"):
+            self.assertTrue(os.path.getsize(os.path.join(self.out, name)) > 0, name)
+        self.nothing_half_written(self.out)
+        summary = self.summary(self.out)
+        for key in SUMMARY_KEYS:
+            value = summary
+            for part in key.split("."):
+                self.assertIn(part, value, key)
+                value = value[part]
+        self.assertIs(summary["completed"], True)
+        self.assertEqual(summary["stop_reason"], "end time")
+        self.assertAlmostEqual(summary["time"], 0.4e-6, delta=1e-15)
+        self.assertLess(abs(summary["conservation"]["energy_error"]), 1e-9)
+        ledger = summary["conservation"]["ledger"]
+        self.assertAlmostEqual(sum(ledger.values()) / summary["conservation"]["initial_kinetic"], 1, delta=1e-9)
+        elements = summary["elements"]
+        self.assertEqual(elements["initial"], elements["alive"] + elements["converted"] + elements["eroded"])
+        self.assertGreater(len(summary["measurements"]), 3)
+        for entry in summary["measurements"].values():
+            self.assertEqual(set(entry) & {"value", "unit"}, {"value", "unit"})
+
+        with open(os.path.join(self.out, "history.csv")) as f:
+            rows = list(csv.DictReader(f))
+        self.assertGreater(len(rows), 10)
+        times = [float(row["time_s"]) for row in rows]
+        self.assertEqual(times, sorted(times))
+        self.assertEqual(len(times), len(set(times)), "a time is there twice")
+        for row in rows:
+            self.assertNotIn(None, row)
+            for key, value in row.items():
+                if key != "limiter":
+                    self.assertEqual(float(value), float(value), f"{key} is no number")
+        self.assertEqual(int(rows[-1]["step"]), summary["steps"])
+
+        # measured again from the stored state: the same numbers
+        again = self.ejecta("measure", self.out)
+        self.assertEqual(again.returncode, 0, again.stderr)
+        remeasured = self.summary(self.out)
+        self.assertEqual(remeasured["measurements"], summary["measurements"])
+        self.assertEqual({k: v for k, v in remeasured.items() if k != "measurements"},
+                         {k: v for k, v in summary.items() if k != "measurements"})
+
+        # a finished run has nothing left to do; --force overwrites
+        r = self.ejecta("resume", self.out)
+        self.assertEqual(r.returncode, 0, r.stderr)
+        self.assertEqual(self.summary(self.out), remeasured)
+        r = self.ejecta("run", "case.toml", "--out", self.out, "--force")
+        self.assertEqual(r.returncode, 0, r.stderr)
+        self.assertEqual(self.summary(self.out)["measurements"], summary["measurements"], "the same run gave other numbers")
+
+    def test_the_resolved_case_gives_the_same_run(self):
+        r = self.ejecta("run", "case.toml", "--out", self.out)
+        self.assertEqual(r.returncode, 0, r.stderr)
+        other = os.path.join(self.dir, "other")
+        r = self.ejecta("run", os.path.join(self.out, "case.toml"), "--out", other)
+        self.assertEqual(r.returncode, 0, r.stderr)
+        a, b = self.summary(self.out), self.summary(other)
+        self.assertEqual(a["steps"], b["steps"])
+        self.assertEqual(a["measurements"], b["measurements"])
+
+    def test_overrides_and_modes(self):
+        r = self.ejecta("run", "case.toml", "--out", self.out, "--mode", "erosion", "--set", 'run.end="0.1 us"', "--threads", "2")
+        self.assertEqual(r.returncode, 0, r.stderr)
+        summary = self.summary(self.out)
+        self.assertEqual(summary["mode"], "erosion")
+        self.assertEqual(summary["threads"], 2)
+        self.assertAlmostEqual(summary["time"], 0.1e-6, delta=1e-15)
+        self.assertEqual(summary["particles"]["created"], 0)
+
+    def test_check(self):
+        before = self.files()
+        r = self.ejecta("check", "case.toml")
+        self.assertEqual(r.returncode, 0, r.stderr)
+        for part in ("[run]", "projectile", "bumper", "elements", "active", "cost", "steps"):
+            self.assertIn(part, r.stdout)
+        self.assertEqual(self.files(), before)
+        # what it prints is a case
+        self.write("resolved.toml", r.stdout)
+        r = self.ejecta("check", "resolved.toml")
+        self.assertEqual(r.returncode, 0, r.stderr)
+
+    def test_materials_and_hugoniot(self):
+        r = self.ejecta("materials")
+        self.assertEqual(r.returncode, 0)
+        for name in ("Al2024-T351", "Al6061-T6", "OFHC-Cu", "Be", "Ti-6Al-4V"):
+            self.assertIn(name, r.stdout)
+        r = self.ejecta("materials", "Al2024-T351")
+        self.assertEqual(r.returncode, 0)
+        for part in ("Al2024-T351", "MPa", "johnson_cook"):
+            self.assertIn(part, r.stdout)
+        r = self.ejecta("hugoniot", "Al2024-T351")
+        self.assertEqual(r.returncode, 0)
+        rows = [list(map(float, line.split())) for line in r.stdout.splitlines() if line.strip() and line.split()[0][0].isdigit()]
+        self.assertGreater(len(rows), 10)
+        for up, us, p, rho, *_ in rows:  # jump conditions [km/s, GPa, kg/m3], rounded to the digits printed
+            rho_0 = 2785
+            self.assertAlmostEqual(p, rho_0 * us * up * 1e-3, delta=2e-3 * p)
+            self.assertAlmostEqual(rho, rho_0 * us / (us - up), delta=2e-3 * rho)
+        # LASL Shock Hugoniot Data (Marsh 1980): Us = 5.328 + 1.338 up for 2024 aluminium
+        up, us = next((row[0], row[1]) for row in rows if abs(row[0] - 2) < 1e-6)
+        self.assertAlmostEqual(us, 5.328 + 1.338 * up, delta=0.02 * us)
+
+    def test_help(self):
+        r = self.ejecta("--help")
+        self.assertEqual(r.returncode, 0)
+        for command in ("run", "resume", "check", "measure", "report", "compare", "trade", "hugoniot", "materials", "bench"):
+            self.assertIn(command, r.stdout)
+
+
+class Interrupt(Folder):
+    """Ctrl-C, kill, and going on."""
+
+    def states(self, folder):
+        with h5py.File(os.path.join(folder, "run.h5")) as f:
+            last = sorted(k for k in f if k.startswith("step"))[-1]
+            found = {}
+            f[last].visititems(lambda name, o: found.__setitem__(name, o[()].tobytes()) if isinstance(o, h5py.Dataset) else None)
+            return last, found
+
+    def same_end(self, a, b):
+        x, y = self.summary(a), self.summary(b)
+        self.assertEqual(x["steps"], y["steps"])
+        self.assertEqual(x["measurements"], y["measurements"])
+        self.assertEqual(x["conservation"], y["conservation"])
+        for key in ("element_updates", "element_updates_asleep", "particle_updates", "pair_updates"):
+            self.assertEqual(x["work"][key], y["work"][key], key)
+        if h5py:
+            self.assertEqual(self.states(a), self.states(b))
+
+    def test_ctrl_c_and_resume(self):
+        long = ["--set", 'run.end="1.2 us"', "--set", "run.elements_across=8", "--threads", "1"]
+        whole = os.path.join(self.dir, "whole")
+        r = self.ejecta("run", "case.toml", "--out", whole, *long)
+        self.assertEqual(r.returncode, 0, r.stderr)
+        for turn, sig in enumerate((signal.SIGINT, signal.SIGTERM)):
+            out = self.out + str(turn)
+            p = subprocess.Popen([PROGRAM, "run", "case.toml", "--out", out, *long], cwd=self.dir, stdout=subprocess.PIPE,
+                                 stderr=subprocess.STDOUT, text=True, env=dict(os.environ, OMP_NUM_THREADS="1"))
+            seen = ""
+            for line in p.stdout:  # a line every tenth: interrupt after the third
+                seen += line
+                if "30." in line.split("%")[0] and "%" in line:
+                    p.send_signal(sig)
+                    break
+            seen += p.stdout.read()
+            self.assertEqual(p.wait(timeout=60), 130, seen)
+            p.stdout.close()
+            self.assertIn("resume", seen)
+            self.assertTrue(os.path.exists(os.path.join(out, "checkpoint.h5")))
+            self.nothing_half_written(out)
+            summary = self.summary(out)
+            self.assertIs(summary["completed"], False)
+            self.assertEqual(summary["stop_reason"], "interrupted")
+            self.assertGreater(summary["particles"]["created"], 0, "interrupted before any conversion: no evidence")
+            r = self.ejecta("resume", out, "--threads", "1" if turn == 0 else "2")
+            self.assertEqual(r.returncode, 0, r.stdout + r.stderr)
+            self.nothing_half_written(out)
+            self.same_end(whole, out)
+            with open(os.path.join(whole, "history.csv")) as f, open(os.path.join(out, "history.csv")) as g:
+                self.assertEqual(sorted(set(f)), sorted(set(g)), "the histories differ")
+            with open(os.path.join(out, "history.csv")) as f:
+                times = [row["time_s"] for row in csv.DictReader(f)]
+            self.assertEqual([t for t in times if times.count(t) > 1], [], "rows are there twice")
+
+    def test_a_killed_run_goes_on_from_its_last_checkpoint(self):
+        more = ["--set", 'run.end="1.2 us"', "--set", "run.elements_across=8", "--set", 'output.checkpoint_every="0.2 s"', "--threads", "1"]
+        whole = os.path.join(self.dir, "whole")
+        self.assertEqual(self.ejecta("run", "case.toml", "--out", whole, *more).returncode, 0)
+        p = subprocess.Popen([PROGRAM, "run", "case.toml", "--out", self.out, *more], cwd=self.dir, stdout=subprocess.DEVNULL,
+                             stderr=subprocess.DEVNULL, env=dict(os.environ, OMP_NUM_THREADS="1"))
+        until = time.time() + 20
+        while not os.path.exists(os.path.join(self.out, "checkpoint.h5")) and time.time() < until:
+            time.sleep(0.01)
+        time.sleep(0.15)
+        p.kill()
+        p.wait()
+        r = self.ejecta("resume", self.out, "--threads", "1")
+        self.assertEqual(r.returncode, 0, r.stdout + r.stderr)
+        self.same_end(whole, self.out)
+        self.nothing_half_written(self.out)
+
+
+class FullDisk(Folder):
+    """No room left: exit 3, says so, and what was there stays good."""
+
+    def check_stopped(self, r, out):
+        said = r.stdout + r.stderr
+        self.assertEqual(r.returncode, 3, said)
+        self.assertTrue("space" in said or "room" in said or "written" in said, said)
+        self.assertNotIn("terminate called", said)
+        self.nothing_half_written(out)
+
+    def limited(self, size):
+        def set_limit():
+            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+            resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
+        return set_limit
+
+    def test_file_size_limit(self):
+        # a run that is stopped early leaves a checkpoint; going on with no room must not harm it
+        self.assertEqual(self.ejecta("run", "case.toml", "--out", self.out, "--set", 'run.end="0.2 us"').returncode, 0)
+        case = os.path.join(self.out, "case.toml")
+        with open(case) as f:
+            text = f.read()
+        longer = [line if not line.startswith("end =") else 'end = "0.4 us"' for line in text.splitlines()]
+        with open(case, "w") as f:
+            f.write("\n".join(longer) + "\n")
+        with open(os.path.join(self.out, "checkpoint.h5"), "rb") as f:
+            before = f.read()
+        for size in (100, 5000, 60000, len(before) - 1):
+            r = self.ejecta("resume", self.out, preexec_fn=self.limited(size))
+            self.check_stopped(r, self.out)
+            with open(os.path.join(self.out, "checkpoint.h5"), "rb") as f:
+                self.assertEqual(f.read(), before, f"the checkpoint was harmed under a limit of {size} bytes")
+        r = self.ejecta("resume", self.out)
+        self.assertEqual(r.returncode, 0, r.stdout + r.stderr)
+
+    def test_ulimit(self):
+        # as from a shell: nobody told the program to ignore SIGXFSZ
+        r = self.ejecta("run", "case.toml", "--out", self.out,
+                        preexec_fn=lambda: (signal.signal(signal.SIGXFSZ, signal.SIG_DFL), resource.setrlimit(resource.RLIMIT_FSIZE, (20000, 20000))))
+        self.check_stopped(r, self.out)
+
+    def test_from_the_start(self):
+        for size in (0, 200, 20000):
+            out = self.out + str(size)
+            r = self.ejecta("run", "case.toml", "--out", out, preexec_fn=self.limited(size))
+            self.check_stopped(r, out)
+
+    def test_a_small_disk(self):
+        disk = os.path.join(self.dir, "disk")
+        os.mkdir(disk)
+        if os.geteuid() != 0 or subprocess.run(["mount", "-t", "tmpfs", "-o", "size=600k", "tmpfs", disk], capture_output=True).returncode:
+            self.skipTest("cannot mount a small tmpfs here (needs root and the right to mount)")
+        try:
+            out = os.path.join(disk, "out")
+            r = self.ejecta("run", "case.toml", "--out", out, "--set", 'output.checkpoint_every="0.05 s"')
+            self.check_stopped(r, out)
+        finally:
+            subprocess.run(["umount", disk])
+
+
+if __name__ == "__main__":
+    PROGRAM = os.path.abspath(sys.argv[1])
+    unittest.main(argv=[sys.argv[0], *sys.argv[2:]], verbosity=2)

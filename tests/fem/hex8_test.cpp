@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+// Identities of the one-point hexahedron, and shape measures against values worked out by hand.
+#include "fem/hex8.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "core/types.hpp"
+
+namespace {
+
+using core::Mat3;
+using core::Vec3;
+using fem::Corners;
+using fem::Gradient;
+
+constexpr double sign[8][3] = {{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1},
+                               {-1, -1, 1},  {1, -1, 1},  {1, 1, 1},  {-1, 1, 1}};
+
+template <class Map>
+Corners<double> hex(Map&& map) {
+  Corners<double> c;
+  for (int i = 0; i < 8; ++i) {
+    const Vec3 x = map(Vec3(sign[i][0], sign[i][1], sign[i][2]));
+    for (int d = 0; d < 3; ++d) c.c[i][d] = x[d];
+  }
+  return c;
+}
+
+Vec3 corner(const Corners<double>& c, int i) { return {c.c[i][0], c.c[i][1], c.c[i][2]}; }
+
+/// A hex with warped faces, every corner off its place by up to 0.3 half-edges, far from the origin.
+Corners<double> distorted(unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> jitter(-0.3, 0.3);
+  return hex([&](const Vec3& x) { return Vec3(x + Vec3(jitter(random), jitter(random), jitter(random)) + Vec3(5, -3, 2)); });
+}
+
+double tetrahedron(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
+  return (b - a).cross(c - a).dot(d - a) / 6;
+}
+
+// Numbers are of order 1 to 10 and sums have 8 to 48 terms: a few hundred units in the last place.
+constexpr double round_off = 1e-13;
+
+TEST(Hex8, GradientOperatorSumsToZero) {
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    Gradient<double> g;
+    fem::gradient(distorted(seed), g);
+    for (int d = 0; d < 3; ++d) {
+      double sum = 0;
+      for (int i = 0; i < 8; ++i) sum += g.b[i][d];
+      EXPECT_NEAR(sum, 0, round_off);
+    }
+  }
+}
+
+TEST(Hex8, VolumeOfPlanarFacedHexIsThatOfItsTetrahedra) {
+  // A projective map keeps planes plane. Each outward face makes two tetrahedra with the mean of the corners.
+  for (const Vec3& a : {Vec3(0.2, 0.1, -0.15), Vec3(-0.3, 0.25, 0.1), Vec3(0, 0, 0)}) {
+    const auto p = hex([&](const Vec3& x) { return Vec3(x / (1 + a.dot(x))); });
+    Vec3 centre = Vec3::Zero();
+    for (int i = 0; i < 8; ++i) centre += corner(p, i) / 8;
+    double exact = 0;
+    for (const auto& f : fem::face_corner) {
+      exact -= tetrahedron(corner(p, f[0]), corner(p, f[1]), corner(p, f[2]), centre);
+      exact -= tetrahedron(corner(p, f[0]), corner(p, f[2]), corner(p, f[3]), centre);
+    }
+    Gradient<double> g;
+    fem::gradient(p, g);
+    EXPECT_NEAR(fem::volume(p, g), exact, round_off * exact);
+  }
+}
+
+TEST(Hex8, VolumeIsTheIntegralOfDetJ) {
+  // det J is a polynomial of degree 2 in each parent coordinate: 2x2x2 Gauss points integrate it exactly.
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    const auto x = distorted(seed);
+    double exact = 0;
+    for (const auto& s : sign)
+      exact += fem::jacobian_at(x, s[0] / std::sqrt(3.0), s[1] / std::sqrt(3.0), s[2] / std::sqrt(3.0));
+    Gradient<double> g;
+    fem::gradient(x, g);
+    EXPECT_NEAR(fem::volume(x, g), exact, round_off * 100);
+  }
+}
+
+TEST(Hex8, LinearVelocityFieldGivesExactGradient) {
+  Mat3 l;
+  l << 0.3, -1.2, 0.5, 0.8, -0.4, 2.0, -0.7, 0.1, 0.9;
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    const auto x = distorted(seed);
+    Corners<double> v;
+    for (int i = 0; i < 8; ++i) {
+      const Vec3 u = l * corner(x, i) + Vec3(1, 2, 3);
+      for (int d = 0; d < 3; ++d) v.c[i][d] = u[d];
+    }
+    Gradient<double> g;
+    fem::gradient(x, g);
+    double sum[3][3];
+    fem::contract(v, g, sum);
+    const double volume = fem::volume(x, g);
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) EXPECT_NEAR(sum[i][j] / volume, l(i, j), round_off);
+  }
+}
+
+TEST(Hex8, HourglassShapesAreOrthogonalToLinearFields) {
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    const auto x = distorted(seed);
+    Gradient<double> g;
+    fem::gradient(x, g);
+    double gamma[4][8];
+    fem::hourglass_shape(x, g, 1 / fem::volume(x, g), gamma);
+    for (const auto& shape : gamma) {
+      double constant = 0;
+      Vec3 linear = Vec3::Zero();
+      for (int i = 0; i < 8; ++i) {
+        constant += shape[i];
+        linear += shape[i] * corner(x, i);
+      }
+      EXPECT_NEAR(constant, 0, round_off);
+      EXPECT_LT(linear.norm(), round_off * 10);
+    }
+  }
+}
+
+TEST(Hex8, JacobianRatioOfTrapezoidByHand) {
+  // x = xi (1 + eta/2), y = eta, z = zeta: det J = 1 + eta/2, at the Gauss points 1 +- 1/(2 sqrt 3):
+  // ratio (2 sqrt 3 + 1)/(2 sqrt 3 - 1) = 1.8116; at the corners the smallest is 1/2.
+  const auto x = hex([](const Vec3& p) { return Vec3(p[0] * (1 + 0.5 * p[1]), p[1], p[2]); });
+  const double r = 2 * std::sqrt(3.0);
+  EXPECT_NEAR(fem::jacobian_ratio(x), (r + 1) / (r - 1), round_off);
+  EXPECT_NEAR(fem::smallest_corner_jacobian(x), 0.5, round_off);
+  // the angle at the long base: tan = height / overhang = 2 / 1
+  EXPECT_NEAR(fem::smallest_angle(x), std::atan(2.0), round_off);
+}
+
+TEST(Hex8, JacobianRatioOfInvertedElementIsBeyondAnyLimit) {
+  const auto x = hex([](const Vec3& p) { return Vec3(p[0] * (1 + 2.5 * p[1]), p[1], p[2]); });
+  EXPECT_EQ(fem::jacobian_ratio(x), 1e300);
+}
+
+TEST(Hex8, SmallestAngleOfShearedCube) {
+  for (const double shear : {0.0, 0.5, 1.0, 2.0}) {
+    const auto x = hex([&](const Vec3& p) { return Vec3(p[0] + shear * p[1], p[1], p[2]); });
+    EXPECT_NEAR(fem::smallest_angle(x), std::atan2(1.0, shear), 1e-12);  // acos loses digits near 90 degrees
+  }
+}
+
+}  // namespace
