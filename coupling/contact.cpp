@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "core/octree.hpp"
 #include "core/parallel.hpp"
@@ -16,7 +17,7 @@ using core::Vec3;
 constexpr double margin_part = 2e-3;   // gap kept, over the square root of a face's area
 constexpr double edge_tolerance = 0.02;  // triangles reach this part of their size beyond their edges
 constexpr int steps_ahead = 4;         // candidates serve about this many steps
-constexpr int most_sweeps = 200;
+constexpr int most_sweeps = 100;
 
 bool contact_possible(const fem::Mesh& mesh, const sph::Particles& particles, const std::vector<Wall>& walls) {
   return !walls.empty() || (mesh.n_alive > 0 && (mesh.body_elements.size() > 1 || particles.size() > 0));
@@ -415,6 +416,99 @@ static std::size_t sweep(fem::Mesh& mesh, sph::Particles& particles, const std::
   return met;
 }
 
+/// An impulse on one point that has no single partner: of a rigid wall, or within an impact zone.
+struct LoneExchange {
+  ContactPoint point;
+  Vec3 impulse;
+};
+
+static double book_lone(fem::Mesh& mesh, sph::Particles& particles, const LoneExchange& e, Contact& c) {
+  const double work = e.impulse.dot(*point_ref(mesh, particles, e.point).v_mean);
+  c.dissipated -= work;
+  return work;
+}
+
+/// Rigid impact zones (Provot 1997; Bridson, Fedkiw & Anderson, ACM Trans. Graph. 21 (2002) 594, section 7.5): where
+/// impulses have not parted a cluster of points and faces in most_sweeps passes (a light particle between two heavy
+/// faces), its members go on together at the velocity of their common momentum; it grows until nothing crosses.
+class ImpactZones {
+ public:
+  ImpactZones(fem::Mesh& mesh, sph::Particles& particles, double dt, Contact& c)
+      : mesh_(mesh), particles_(particles), dt_(dt), c_(c) {}
+
+  void move() {
+    constexpr int most_rounds = 50;
+    for (int round = 0; round < most_rounds; ++round) {
+      const auto active = detect(mesh_, particles_, dt_, false, c_);
+      if (active.empty()) break;
+      for (const auto k : active) join(k);
+      move_together();
+    }
+  }
+
+  /// After everything that may still change velocities.
+  void book() {
+    double dissipated = 0;
+    for (const auto& [k, e] : exchanges_) dissipated -= book_lone(mesh_, particles_, e, c_);
+    // heat to the zone's members by mass
+    double mass = 0;
+    for (const auto& [k, e] : exchanges_) mass += point_ref(mesh_, particles_, e.point).m;
+    for (const auto& [k, e] : exchanges_) {
+      const double heat = dissipated * point_ref(mesh_, particles_, e.point).m / mass;
+      if (heat_point(mesh_, particles_, e.point, heat)) c_.heated += heat;
+    }
+  }
+
+ private:
+  using Key = std::uint64_t;
+  static Key key(const ContactPoint& p) { return (static_cast<Key>(p.particle) << 32) | p.index; }
+  static ContactPoint point(Key k) { return {static_cast<std::uint32_t>(k), (k >> 32) != 0}; }
+
+  Key root(Key k) {
+    const auto found = parent_.try_emplace(k, k).first;
+    return found->second == k ? k : found->second = root(found->second);
+  }
+  void join(std::uint32_t candidate) {
+    const Key a = root(key(c_.points[c_.candidates[candidate].point]));
+    for (const auto nd : face_nodes(mesh_, c_.surface.faces[c_.candidates[candidate].face])) {
+      const Key b = root(key({static_cast<std::uint32_t>(nd), false})), ra = root(a);
+      parent_[std::max(ra, b)] = std::min(ra, b);
+    }
+  }
+  void move_together() {
+    std::map<Key, std::vector<Key>> zones;
+    std::vector<Key> members;
+    for (const auto& [k, unused] : parent_) members.push_back(k);
+    for (const Key k : members) zones[root(k)].push_back(k);
+    for (const auto& [first, zone] : zones) {
+      Vec3 momentum = Vec3::Zero();
+      double mass = 0;
+      int fixed = 0;
+      for (const Key k : zone) {
+        const PointRef p = point_ref(mesh_, particles_, point(k));
+        momentum += p.m * *p.v;
+        mass += p.m;
+        fixed |= p.fixed;
+      }
+      const Vec3 v = free_part(momentum / mass, fixed);
+      for (const Key k : zone) {
+        const PointRef p = point_ref(mesh_, particles_, point(k));
+        auto& e = exchanges_.try_emplace(k, LoneExchange{point(k), Vec3::Zero()}).first->second;
+        e.impulse += p.m * (v - *p.v);
+        push(*p.v, *p.v_mean, 0, v - *p.v);
+        if (!e.point.particle) mesh_.nodes.awake[e.point.index] = 1;
+      }
+    }
+  }
+
+  fem::Mesh& mesh_;
+  sph::Particles& particles_;
+  double dt_;
+  Contact& c_;
+  std::map<Key, Key> parent_;
+  std::map<Key, LoneExchange> exchanges_;
+};
+
 static void wake_struck(fem::Mesh& mesh, const std::vector<std::uint32_t>& active, const Contact& c) {
   std::vector<std::uint32_t> struck;
   for (const auto k : active) {
@@ -444,21 +538,19 @@ static void resolve_faces(fem::Mesh& mesh, sph::Particles& particles, const Cont
       if (sweep(mesh, particles, all, settings, dt, c, exchanges) == 0) break;
   }
   if (all.empty()) return;
+  ImpactZones zones(mesh, particles, dt, c);
+  zones.move();
   for (const auto k : all)
     book(mesh, particles, c.points[c.candidates[k].point], c.surface.faces[c.candidates[k].face], exchanges[k], c);
+  zones.book();
   c.leaks += detect(mesh, particles, dt, true, c).size();
   wake_struck(mesh, all, c);
 }
 
-struct WallExchange {
-  ContactPoint point;
-  Vec3 impulse;
-};
-
 /// Stops what would pass a wall during the step.
-static std::vector<WallExchange> resolve_walls(fem::Mesh& mesh, sph::Particles& particles,
+static std::vector<LoneExchange> resolve_walls(fem::Mesh& mesh, sph::Particles& particles,
                                                const std::vector<Wall>& walls, double dt) {
-  std::vector<WallExchange> exchanges;
+  std::vector<LoneExchange> exchanges;
   for (const Wall& wall : walls) {
     const auto stop = [&](const ContactPoint& point) {
       const PointRef p = point_ref(mesh, particles, point);
@@ -475,15 +567,13 @@ static std::vector<WallExchange> resolve_walls(fem::Mesh& mesh, sph::Particles& 
   return exchanges;
 }
 
-static void book_walls(fem::Mesh& mesh, sph::Particles& particles, const std::vector<WallExchange>& exchanges,
+static void book_walls(fem::Mesh& mesh, sph::Particles& particles, const std::vector<LoneExchange>& exchanges,
                        Contact& c) {
   for (const auto& e : exchanges) {
-    const PointRef p = point_ref(mesh, particles, e.point);
-    const double work = e.impulse.dot(*p.v_mean);
-    c.dissipated -= work;
+    const double work = book_lone(mesh, particles, e, c);
     if (heat_point(mesh, particles, e.point, -work)) c.heated -= work;
     c.wall_impulse += e.impulse;
-    c.wall_angular_impulse += p.x->cross(e.impulse);
+    c.wall_angular_impulse += point_ref(mesh, particles, e.point).x->cross(e.impulse);
   }
 }
 
