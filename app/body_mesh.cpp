@@ -34,11 +34,36 @@ int projectile_of(const io::Case& spec) {
   return static_cast<int>(best);
 }
 
-/// Turns the body's z axis onto its normal, about an axis normal to both.
-static core::Mat3 rotation(const io::BodySpec& b) {
+/// The body's z axis. A body is the same upside down, so the direction with a positive last component serves.
+static Vec3 axis_of(const io::BodySpec& b) {
   const Vec3 n = b.normal.normalized();
-  if (n == Vec3::UnitZ()) return core::Mat3::Identity();
+  for (int d = 2; d >= 0; --d)
+    if (n[d] != 0) return n[d] > 0 ? n : Vec3(-n);
+  return n;
+}
+
+/// Turns the body's own axes into the scene's: a permutation of the axes where the normal is along one, so that positive
+/// sides of symmetry planes stay positive; else about the axis normal to z and the normal.
+static core::Mat3 rotation(const io::BodySpec& b) {
+  core::Mat3 r = core::Mat3::Identity();
+  if (b.shape == Shape::sphere) return r;
+  const Vec3 n = axis_of(b);
+  for (int d = 0; d < 3; ++d)
+    if (n == Vec3::Unit(d)) {
+      for (int a = 0; a < 3; ++a) r.col(a) = Vec3::Unit((d + 1 + a) % 3);
+      return r;
+    }
   return Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), n).toRotationMatrix();
+}
+
+/// The scene's symmetry planes in the body's own axes.
+static core::Symmetry own_planes(const io::Case& spec, const io::BodySpec& b) {
+  const core::Mat3 r = rotation(b);
+  core::Symmetry own;
+  for (int d = 0; d < 3; ++d)
+    for (int a = 0; a < 3; ++a)
+      if (spec.symmetry.plane[static_cast<std::size_t>(d)] && r(d, a) > 1 - 1e-12) own.plane[static_cast<std::size_t>(a)] = true;
+  return own;
 }
 
 static Vec3 flight(const io::Case& spec) {
@@ -97,8 +122,14 @@ static std::pair<double, double> fineness(const io::Case& spec, const io::BodySp
   return {fine, half};
 }
 
-static std::vector<double> through(const io::BodySpec& b, double fine, double half, double d, bool front_is_high) {
+static std::vector<double> through(const io::BodySpec& b, double fine, double half, double d, bool front_is_high, bool cut) {
   const double t = b.size[2];
+  if (cut) {
+    std::vector<double> z;
+    const int n = std::max(1, b.elements_through ? *b.elements_through / 2 : static_cast<int>(std::lround(0.5 * t / fine)));
+    for (int i = 0; i <= n; ++i) z.push_back(0.5 * t * i / n);
+    return z;
+  }
   if (b.elements_through) {
     std::vector<double> z;
     const int n = *b.elements_through;
@@ -133,20 +164,22 @@ static PlateGrid plate_grid(const io::Case& spec, std::size_t body) {
   const double cosine = std::max(0.3, std::abs(flight(spec).dot(b.normal.normalized())));
   PlateGrid g;
   g.fine = fine;
+  const core::Mat3 turn = rotation(b);
+  const core::Symmetry own = own_planes(spec, b);
   for (int axis = 0; axis < 2; ++axis) {
     fem::Grading grading;
     grading.fine = fine;
     // an oblique shot spreads along the plate's tilt
-    grading.fine_half = std::abs(flight(spec)[axis]) > 1e-9 || std::abs(b.normal[axis]) > 1e-9 ? half / cosine : half;
+    grading.fine_half = std::abs(flight(spec).dot(turn.col(axis))) > 1e-9 ? half / cosine : half;
     grading.focus = local[axis];
     grading.coarse = 20 * fine;
     const double edge = b.size[axis];
-    const bool cut = spec.symmetry.plane[static_cast<std::size_t>(axis)];
+    const bool cut = own.plane[static_cast<std::size_t>(axis)];
     auto& line = axis == 0 ? g.x : g.y;
     line = fem::graded_line(cut ? 0.0 : -0.5 * edge, 0.5 * edge, grading);
   }
-  const bool front_is_high = flight(spec).dot(b.normal) < 0;
-  g.z = through(b, fine, half, d > 0 ? d : 1e300, front_is_high);
+  const bool front_is_high = flight(spec).dot(turn.col(2)) < 0;
+  g.z = through(b, fine, half, d > 0 ? d : 1e300, front_is_high, own.plane[2]);
   return g;
 }
 
@@ -164,7 +197,7 @@ static PlacedBody place(const io::Case& spec, std::size_t body) {
   const auto& shot = spec.bodies[static_cast<std::size_t>(projectile_of(spec))];
   const double scale = smallest_extent(shot) > 0 ? smallest_extent(shot) : smallest_extent(b);
   const double size = b.element_size.value_or(scale / spec.elements_across);
-  const core::Symmetry keep = spec.symmetry;  // a turned body keeps the axes of the planes it is symmetric about
+  const core::Symmetry keep = own_planes(spec, b);
   PlacedBody p;
   p.spec = &b;
   p.element_size = size;

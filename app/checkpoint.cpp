@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-#include "fem/elements.hpp"
+#include "core/error.hpp"
 #include "io/archive.hpp"
 
 namespace app {
@@ -85,6 +85,10 @@ void write_checkpoint(Simulation& s, const std::string& path) {
 
 void read_checkpoint(Simulation& s, const std::string& path) {
   io::ArchiveReader a(path);
+  const auto stored = a.get<std::vector<double>>("nodes/m").size();
+  if (stored != s.mesh.nodes.size())
+    throw core::CaseError(fmt::format("{}: holds {} nodes, but the case beside it builds {}: it belongs to another case",
+                                      path, stored, s.mesh.nodes.size()));
   mesh_state(a, s.mesh);
   particle_state(a, s.particles);
   book_state(a, s);

@@ -134,6 +134,8 @@ int command_line(int argc, char** argv) {
   } catch (const core::GuardError& e) {
     fmt::print(stderr, "stopped: {}\n", e.what());
     return 3;
+  } catch (const std::system_error& e) {  // a stream or file that can no longer be written
+    return 3;
   } catch (const std::bad_alloc&) {
     fmt::print(stderr, "stopped: out of memory; a coarser run.fidelity needs less\n");
     return 3;

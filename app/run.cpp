@@ -116,6 +116,13 @@ struct Output {
   double every, history_every, checkpoint_every;
   io::SnapshotWriter snapshots;
   LineFile history, log;
+  double last_row = -1;  ///< time of the last row of history [s]
+
+  void add_history(const Simulation& s) {
+    if (s.time == last_row) return;
+    history.line(history_row(s));
+    last_row = s.time;
+  }
 };
 
 /// First multiple of `every` beyond the time.
@@ -132,7 +139,7 @@ static void advance_to_end(Simulation& s, Output& out) {
     if (s.steps % 10 == 0) freeze_clouds(s);
     progress.show(s);
     if (s.time >= next_history * (1 - 1e-12)) {
-      out.history.line(history_row(s));
+      out.add_history(s);
       next_history = next_multiple(s.time, out.history_every);
     }
     if (s.time >= next_output * (1 - 1e-9)) out.snapshots.append(take_snapshot(s));
@@ -149,6 +156,7 @@ static int conclude(Simulation& s, Output& out, double wall_before) {
   const auto begin_time = std::chrono::steady_clock::now();
   std::signal(SIGINT, note_interrupt);
   std::signal(SIGTERM, note_interrupt);
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error of the write, reported there
   RunInfo info;
   int code = 0;
   try {
@@ -168,7 +176,7 @@ static int conclude(Simulation& s, Output& out, double wall_before) {
     write_checkpoint(s, out.dir + "/checkpoint.h5");
     const auto snapshot = take_snapshot(s);
     if (std::isfinite(s.ledger.energy_error)) out.snapshots.append(snapshot);
-    out.history.line(history_row(s));
+    out.add_history(s);
     const auto result = measure_snapshot(snapshot, scene_now(s), s.frozen);
     write_summary(out.dir, s, result, info);
     write_fragments(out.dir, result);
@@ -195,7 +203,8 @@ static Output open_output(const Simulation& s, const std::string& dir, bool go_o
           c.checkpoint_every > 0 ? c.checkpoint_every : 600,
           go_on ? io::SnapshotWriter::reopen(dir, s.time) : io::SnapshotWriter(dir),
           LineFile(dir + "/history.csv", go_on),
-          LineFile(dir + "/log.txt", go_on)};
+          LineFile(dir + "/log.txt", go_on),
+          go_on ? s.time : -1.0};
 }
 
 int run(const io::Case& spec, const std::string& dir, bool force) {
@@ -215,7 +224,7 @@ int run(const io::Case& spec, const std::string& dir, bool force) {
                            core::threads(), core::isa_name()));
   fmt::print("{}: {} elements, {} particles, mode {}, end {:.4g} us\n", spec.title, s->mesh.n_alive, s->particles.size(),
              io::to_string(spec.mode), spec.end * 1e6);
-  out.history.line(history_row(*s));
+  out.add_history(*s);
   out.snapshots.append(take_snapshot(*s));
   return conclude(*s, out, 0);
 }

@@ -21,7 +21,9 @@ using core::Vec3;
 /// Is this body its own mirror image about the plane through the origin with normal along `axis`?
 static bool symmetric(const io::BodySpec& b, int axis) {
   if (b.shape == io::Shape::mesh) return false;
-  if (b.center[axis] != 0 || b.velocity[axis] != 0 || b.normal[axis] != 0) return false;
+  if (b.center[axis] != 0 || b.velocity[axis] != 0) return false;
+  const core::Vec3 n = b.normal.normalized();
+  if (b.shape != io::Shape::sphere && n[axis] != 0 && std::abs(n[axis]) != 1) return false;
   // a spin is an axial vector: only its component along the plane's normal survives the mirror
   return b.spin[(axis + 1) % 3] == 0 && b.spin[(axis + 2) % 3] == 0;
 }
@@ -126,7 +128,7 @@ static void choose_settings(Simulation& s) {
   if (c.viscosity_linear >= 0) e.viscosity_linear = c.viscosity_linear;
   if (c.viscosity_quadratic >= 0) e.viscosity_quadratic = c.viscosity_quadratic;
   e.hourglass_stiffness = c.hourglass == "stiffness";
-  e.hourglass = c.hourglass_coefficient >= 0 ? c.hourglass_coefficient : e.hourglass_stiffness ? 0.05 : 0.1;
+  e.hourglass = c.hourglass_coefficient >= 0 ? c.hourglass_coefficient : e.hourglass_stiffness ? 0.05 : 0.03;
   if (e.hourglass_stiffness) s.mesh.elements.hourglass.assign(s.mesh.elements.size() * 12, 0.0);
 
   auto& k = s.criteria;
@@ -191,9 +193,11 @@ std::unique_ptr<Simulation> set_up(const io::Case& given) {
   const Estimate cost = estimate(spec);
   if (cost.bytes > cost.available)
     throw core::CaseError(fmt::format(
-        "{}: run.fidelity = \"{}\" ({} elements across) gives {} elements, which need about {:.1f} GiB; this machine has "
-        "{:.1f} GiB free. A coarser fidelity (draft, standard, fine, reference) or a smaller fine_radius would fit",
-        spec.file, spec.fidelity, spec.elements_across, cost.elements, cost.bytes / (1 << 30), cost.available / (1 << 30)));
+        "{}: {} gives {} elements, which need about {:.1f} GiB; this machine has {:.1f} GiB free. A coarser fidelity (draft, "
+        "standard, fine, reference), fewer elements_across or a smaller fine_radius would fit",
+        spec.file,
+        spec.fidelity == "custom" ? fmt::format("run.elements_across = {}", spec.elements_across)
+                                  : fmt::format("run.fidelity = \"{}\" ({} elements across)", spec.fidelity, spec.elements_across), cost.elements, cost.bytes / (1 << 30), cost.available / (1 << 30)));
   auto placed = place_bodies(spec);
   check_overlap(spec);
   for (auto& b : placed) {

@@ -4,8 +4,12 @@
 // the kick, and that work is exactly what internal energy gains (Caramana et al. 1998), so the ledger closes to round-off.
 #include "app/simulation.hpp"
 
-#include <chrono>
+#include <fmt/format.h>
 
+#include <chrono>
+#include <cmath>
+
+#include "core/error.hpp"
 #include "core/parallel.hpp"
 #include "coupling/convert.hpp"
 #include "fem/elements.hpp"
@@ -29,6 +33,11 @@ class StageClock {
   Clock::time_point last_;
 };
 
+static double fastest_node(const fem::Mesh& mesh) {
+  const auto& n = mesh.nodes;
+  return std::sqrt(-core::min_where(n.size(), [&](std::size_t nd) { return n.m[nd] > 0 ? -n.v[nd].squaredNorm() : 0.0; }).value);
+}
+
 /// 0: neighbour lists, gradient corrections and stress of everything the pair sums touch.
 static void find_neighbours(Simulation& s) {
   if (s.particles.size() == 0) return;
@@ -44,7 +53,7 @@ static void find_neighbours(Simulation& s) {
   sph::fill_actors(s.particles, s.rho_0, hood);
   coupling::fill_foreign(s.mesh, s.bond, hood);
   if (rebuild)
-    sph::build(hood);
+    sph::build(hood, fastest_node(s.mesh));
   else
     sph::reflect_images(hood);
   sph::correct_gradients(s.particles, s.particle_settings, hood, s.correction);
@@ -58,6 +67,16 @@ static void add_pair_forces(Simulation& s) {
   sph::add_pair_forces(s.particle_settings, s.hood, s.particles);
   coupling::add_reaction(s.hood, s.bond, s.mesh);
   s.work.pair_updates += sph::n_pairs(s.hood);
+}
+
+/// Momentum that rigid walls give to particles through their images.
+static void book_wall_force(Simulation& s, double dt) {
+  if (s.particles.size() == 0 || s.hood.wall_force.empty()) return;
+  const auto& f = s.hood.wall_force;
+  const core::Vec3 none = core::Vec3::Zero();
+  s.contact.wall_impulse += dt * core::sum(f.size(), none, [&](std::size_t i) { return f[i]; });
+  s.contact.wall_angular_impulse +=
+      dt * core::sum(f.size(), none, [&](std::size_t i) { return core::Vec3(s.particles.x[i].cross(f[i])); });
 }
 
 /// 4: the pairs' work, and the velocity gradient of the particles.
@@ -112,6 +131,7 @@ void step(Simulation& s) {
   clock.mark(Stage::pair_forces);
   fem::kick_nodes(s.mesh, times.kick);                                                   // 2  v                 n+1/2
   sph::kick_particles(s.particles, times.kick);
+  book_wall_force(s, times.kick);
   clock.mark(Stage::kick);
   coupling::resolve_contact(s.mesh, s.particles, s.walls, s.contact_settings, s.time, s.dt, s.contact);  // 3 v  n+1/2
   fem::wake_moving(s.mesh, s.sleep_threshold);
@@ -127,6 +147,7 @@ void step(Simulation& s) {
   sph::update_particles(s.particles, s.materials, s.mesh.body_material, s.velocity_gradient, s.dt);
   clock.mark(Stage::particles);
   s.time += s.dt;
+  s.hood.age += s.dt;
   s.dt_old = s.dt;
   ++s.steps;
   s.work.element_updates += fem::n_awake(s.mesh);
@@ -141,6 +162,13 @@ void step(Simulation& s) {
 
 void choose_step(Simulation& s, double stop) {
   const auto el = fem::stable_step(s.mesh);
+  constexpr double collapsed = 1e-3;
+  if (!s.mesh.awake_blocks.empty() && el.value < collapsed * s.mesh.elements.dt_0[el.index])
+    throw core::GuardError(fmt::format(
+        "element {} of body \"{}\" is about to turn inside out at step {}, t = {:.4g} us: its stable step has fallen to {:.2g} "
+        "of the first one (limit {:g}); mode \"hybrid\" converts such elements, \"erosion\" deletes them",
+        el.index, s.mesh.elements.body[el.index] < s.spec.bodies.size() ? s.spec.bodies[s.mesh.elements.body[el.index]].name : "",
+        s.steps, s.time * 1e6, el.value / s.mesh.elements.dt_0[el.index], collapsed));
   const auto pt = core::min_where(s.particles.size(), [&](std::size_t i) { return s.particles.dt[i]; });
   s.limit = el.value <= pt.value ? StepLimit{"element", el.index, el.value} : StepLimit{"particle", pt.index, pt.value};
   double dt = s.spec.cfl * s.limit.value;

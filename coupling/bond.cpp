@@ -61,7 +61,7 @@ void find_elements(const fem::Mesh& mesh, const sph::Particles& p, Bond& bond) {
     high = high.cwiseMax(p.x[i]);
     h_max = std::max(h_max, p.h[i]);
   }
-  const double reach = 1.25 * sph::kernel_reach * h_max;
+  const double reach = sph::foreign_reaches * sph::kernel_reach * h_max;
   low.array() -= reach;
   high.array() += reach;
   const OccupiedCells cells(p, reach);

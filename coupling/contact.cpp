@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <memory>
 
 #include "core/octree.hpp"
 #include "core/parallel.hpp"
@@ -125,7 +126,14 @@ static bool meets(const Triangle& t, const Triangle& v, const Vec3& p, const Vec
     return where[0] >= low && where[1] >= low && where[0] + where[1] <= 1 - low;
   };
   // A point that slides along while it closes in may come over the triangle only between margin and sheet.
-  return inside_at(m.target) || (m.target > 0 && m.gap_end < 0 && inside_at(0.0));
+  if (!inside_at(m.target) && !(m.target > 0 && m.gap_end < 0 && inside_at(0.0))) return false;
+  if (strict) return true;
+  where = {std::clamp(where[0], 0.0, 1.0), std::clamp(where[1], 0.0, 1.0)};
+  if (const double sum = where[0] + where[1]; sum > 1) where = {where[0] / sum, where[1] / sum};
+  // The impulse acts on positions of the step's start: there its line must pass through the foot, or it makes a couple.
+  const auto foot = barycentric(t, p - n0.dot(p - t.c) / n0.dot(m.normal) * m.normal);
+  if (foot[0] > -0.5 && foot[1] > -0.5 && foot[0] + foot[1] < 1.5) where = foot;
+  return true;
 }
 
 /// The deepest meeting of a point with a face. strict: only a true crossing of the sheet.
@@ -149,8 +157,6 @@ static Meeting meet(const fem::Mesh& mesh, const std::array<std::size_t, 4>& nod
     if (best.found && best.gap_end <= m.gap_end) continue;
     best = m;
     best.found = true;
-    for (double& part : w) part = std::clamp(part, 0.0, 1.0);
-    if (const double sum = w[0] + w[1]; sum > 1) w[0] /= sum, w[1] /= sum;
     best.weight.fill(0.25 * (1 - w[0] - w[1]));
     best.weight[k] += w[0];
     best.weight[(k + 1) % 4] += w[1];
@@ -521,36 +527,36 @@ static void wake_struck(fem::Mesh& mesh, const std::vector<std::uint32_t>& activ
   fem::wake_elements(mesh, struck);
 }
 
+/// What a step's contacts exchanged, to be booked once all velocities are final.
+struct Exchanges {
+  std::vector<std::uint32_t> active;   ///< candidates that met
+  std::vector<Exchange> pair;          ///< [candidate]
+  std::unique_ptr<ImpactZones> zones;
+  std::vector<LoneExchange> walls;
+};
+
 static void resolve_faces(fem::Mesh& mesh, sph::Particles& particles, const ContactSettings& settings, double dt,
-                          Contact& c) {
-  std::vector<std::uint32_t> all;
-  std::vector<Exchange> exchanges;
+                          Contact& c, Exchanges& x) {
   for (int sweeps = 0; sweeps < most_sweeps;) {
-    const auto active = detect(mesh, particles, dt, false, c);
+    const auto met = detect(mesh, particles, dt, false, c);
     c.pairs_tested += c.candidates.size();
-    if (active.empty()) break;
-    exchanges.resize(c.candidates.size());
+    if (met.empty()) break;
+    x.pair.resize(c.candidates.size());
     // pairs found in earlier rounds stay in: they are the ones that impulses set moving again
     std::vector<std::uint32_t> merged;
-    std::set_union(all.begin(), all.end(), active.begin(), active.end(), std::back_inserter(merged));
-    all.swap(merged);
+    std::set_union(x.active.begin(), x.active.end(), met.begin(), met.end(), std::back_inserter(merged));
+    x.active.swap(merged);
     for (int k = 0; k < 20 && sweeps < most_sweeps; ++k, ++sweeps)
-      if (sweep(mesh, particles, all, settings, dt, c, exchanges) == 0) break;
+      if (sweep(mesh, particles, x.active, settings, dt, c, x.pair) == 0) break;
   }
-  if (all.empty()) return;
-  ImpactZones zones(mesh, particles, dt, c);
-  zones.move();
-  for (const auto k : all)
-    book(mesh, particles, c.points[c.candidates[k].point], c.surface.faces[c.candidates[k].face], exchanges[k], c);
-  zones.book();
-  c.leaks += detect(mesh, particles, dt, true, c).size();
-  wake_struck(mesh, all, c);
+  if (x.active.empty()) return;
+  x.zones = std::make_unique<ImpactZones>(mesh, particles, dt, c);
+  x.zones->move();
 }
 
 /// Stops what would pass a wall during the step.
-static std::vector<LoneExchange> resolve_walls(fem::Mesh& mesh, sph::Particles& particles,
-                                               const std::vector<Wall>& walls, double dt) {
-  std::vector<LoneExchange> exchanges;
+static void resolve_walls(fem::Mesh& mesh, sph::Particles& particles, const std::vector<Wall>& walls, double dt,
+                          std::vector<LoneExchange>& exchanges) {
   for (const Wall& wall : walls) {
     const auto stop = [&](const ContactPoint& point) {
       const PointRef p = point_ref(mesh, particles, point);
@@ -564,7 +570,6 @@ static std::vector<LoneExchange> resolve_walls(fem::Mesh& mesh, sph::Particles& 
     for (std::uint32_t nd = 0; nd < mesh.nodes.size(); ++nd) stop({nd, false});
     for (std::uint32_t i = 0; i < particles.size(); ++i) stop({i, true});
   }
-  return exchanges;
 }
 
 static void book_walls(fem::Mesh& mesh, sph::Particles& particles, const std::vector<LoneExchange>& exchanges,
@@ -578,7 +583,7 @@ static void book_walls(fem::Mesh& mesh, sph::Particles& particles, const std::ve
 }
 
 static void resolve_bodies(fem::Mesh& mesh, sph::Particles& particles, const ContactSettings& settings, double time,
-                           double dt, Contact& c) {
+                           double dt, Contact& c, Exchanges& x) {
   if (!settings.enabled || mesh.n_alive == 0 || time + dt < c.quiet_until) return;
   if (!still_valid(mesh, particles, dt, c)) {
     const double quiet = time_to_meet(mesh, particles);
@@ -590,14 +595,26 @@ static void resolve_bodies(fem::Mesh& mesh, sph::Particles& particles, const Con
     find_candidates(mesh, particles, dt, c);
   }
   measure_closing(mesh, c);
-  resolve_faces(mesh, particles, settings, dt, c);
+  resolve_faces(mesh, particles, settings, dt, c, x);
+}
+
+static void book(fem::Mesh& mesh, sph::Particles& particles, double dt, Contact& c, const Exchanges& x) {
+  book_walls(mesh, particles, x.walls, c);
+  if (x.active.empty()) return;
+  for (const auto k : x.active)
+    book(mesh, particles, c.points[c.candidates[k].point], c.surface.faces[c.candidates[k].face], x.pair[k], c);
+  x.zones->book();
+  c.leaks += detect(mesh, particles, dt, true, c).size();
+  wake_struck(mesh, x.active, c);
 }
 
 void resolve_contact(fem::Mesh& mesh, sph::Particles& particles, const std::vector<Wall>& walls,
                      const ContactSettings& settings, double time, double dt, Contact& c) {
-  const auto exchanges = resolve_walls(mesh, particles, walls, dt);
-  resolve_bodies(mesh, particles, settings, time, dt, c);
-  book_walls(mesh, particles, exchanges, c);
+  Exchanges x;
+  resolve_walls(mesh, particles, walls, dt, x.walls);
+  resolve_bodies(mesh, particles, settings, time, dt, c, x);
+  if (!x.active.empty()) resolve_walls(mesh, particles, walls, dt, x.walls);  // what bodies pushed against walls
+  book(mesh, particles, dt, c, x);
 }
 
 }  // namespace coupling

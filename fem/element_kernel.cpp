@@ -136,7 +136,7 @@ static double update_pack(const Context& k, std::size_t el) {
     for (auto& a : row) a *= to_rate;
   gradient(x, g);
   const Real vol = core::max(volume(x, g), Real(1e-3) * volume_0), inverse_volume = Real(1.0) / vol;
-  const Real rho = Real(k.material.rho_0) * (volume_0 * inverse_volume);
+  const Real rho = Real(k.material.rho_0) * (volume_0 / vol);
 
   // 3 the material
   const material::Increment<Real> inc{

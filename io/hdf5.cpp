@@ -96,7 +96,8 @@ bool is_full(int error) { return error == ENOSPC || error == EDQUOT || error == 
 }
 
 void silence() {
-  static const bool done = H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr) >= 0;
+  // A file that could not be closed (full disk) must not be closed again by the library's exit handler.
+  static const bool done = H5dont_atexit() >= 0 && H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr) >= 0;
   (void)done;
 }
 

@@ -2,8 +2,10 @@
 #include "sph/neighbourhood.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
 
-#include "core/parallel.hpp"
 #include "sph/kernel.hpp"
 
 namespace sph {
@@ -13,15 +15,67 @@ using core::Vec3;
 /// Part of the reach that lists hold beyond it.
 constexpr double skin = 0.1;
 
+static Vec3 reflect(const Mirror& m, const Vec3& a) { return a - 2 * m.normal.dot(a) * m.normal; }
+
+static core::Mat3 reflect(const Mirror& m, const core::Mat3& a) {
+  const core::Mat3 r = core::Mat3::Identity() - 2 * m.normal * m.normal.transpose();
+  return r * a * r;
+}
+
+/// Bounds of a bin's displacements.
+struct Bounds {
+  Vec3 low = Vec3::Constant(1e300), high = Vec3::Constant(-1e300);
+  void add(const Vec3& u) {
+    low = low.cwiseMin(u);
+    high = high.cwiseMax(u);
+  }
+  /// Square of the largest difference between a displacement here and one there.
+  double apart(const Bounds& o) const { return (high - o.low).cwiseMax(o.high - low).squaredNorm(); }
+};
+
 bool still_valid(const Neighbourhood& hood, const std::vector<Vec3>& particle_x, const std::vector<Vec3>& foreign_x) {
-  const std::size_t n = particle_x.size();
+  const std::size_t n = particle_x.size(), n_real = n + foreign_x.size();
   if (!hood.valid || hood.n_particles != n || hood.n_foreign != foreign_x.size()) return false;
-  const double limit = hood.slack * hood.slack;
-  const auto moved = [&](std::size_t i) {
-    const Vec3& x = i < n ? particle_x[i] : foreign_x[i - n];
-    return -(x - hood.x_built[i]).squaredNorm();
+  if (hood.age * hood.far_speed > hood.far_path) return false;
+  std::vector<Vec3> moved(hood.x_built.size());
+  std::vector<Bounds> bounds(hood.bin_start.size() - 1);
+  for (std::size_t i = 0; i < moved.size(); ++i) {
+    if (i < n_real)
+      moved[i] = (i < n ? particle_x[i] : foreign_x[i - n]) - hood.x_built[i];
+    else
+      moved[i] = reflect(hood.mirrors[hood.images[i - n_real].mirror], moved[hood.images[i - n_real].source]);
+    bounds[hood.bin[i]].add(moved[i]);
+  }
+  const double limit = 4 * hood.slack * hood.slack;
+  for (std::size_t b = 0; b < bounds.size(); ++b)
+    for (auto k = hood.bin_start[b]; k < hood.bin_start[b + 1]; ++k)
+      if (bounds[b].apart(bounds[hood.bin_touching[k]]) > limit) return false;
+  return true;
+}
+
+/// Cubes of the given edge that hold actors, and which of them touch.
+static void bin_actors(Neighbourhood& hood, double edge) {
+  using Cell = std::array<std::int64_t, 3>;
+  const auto cell_of = [&](const Vec3& x) {
+    return Cell{static_cast<std::int64_t>(std::floor(x[0] / edge)), static_cast<std::int64_t>(std::floor(x[1] / edge)),
+                static_cast<std::int64_t>(std::floor(x[2] / edge))};
   };
-  return -core::min_where(n + foreign_x.size(), moved).value <= limit;
+  std::map<Cell, std::uint32_t> bins;
+  hood.bin.resize(hood.actors.size());
+  for (std::size_t i = 0; i < hood.actors.size(); ++i)
+    hood.bin[i] = bins.try_emplace(cell_of(hood.actors[i].x), static_cast<std::uint32_t>(bins.size())).first->second;
+  std::vector<Cell> cells(bins.size());
+  for (const auto& [cell, b] : bins) cells[b] = cell;
+  hood.bin_start.assign(1, 0);
+  hood.bin_touching.clear();
+  for (const Cell& c : cells) {
+    for (std::int64_t i = -1; i <= 1; ++i)
+      for (std::int64_t j = -1; j <= 1; ++j)
+        for (std::int64_t k = -1; k <= 1; ++k)
+          if (const auto found = bins.find({c[0] + i, c[1] + j, c[2] + k}); found != bins.end())
+            hood.bin_touching.push_back(found->second);
+    hood.bin_start.push_back(static_cast<std::uint32_t>(hood.bin_touching.size()));
+  }
 }
 
 /// One plane's images of everything there is so far, images of earlier planes included: corners mirror twice and thrice.
@@ -37,38 +91,37 @@ static void add_images(Neighbourhood& hood, std::uint32_t mirror, double reach) 
   }
 }
 
-void build(Neighbourhood& hood) {
+void build(Neighbourhood& hood, double outside_speed) {
   const std::size_t n_real = hood.n_particles + hood.n_foreign;
   hood.actors.resize(n_real);
   hood.images.clear();
-  double h_max = 0, h_min = 1e300;
+  double h_max = 0, h_min = 1e300, speed = outside_speed;
   for (const Actor& a : hood.actors) {
     h_max = std::max(h_max, a.h);
     h_min = std::min(h_min, a.h);
+    speed = std::max(speed, a.v.norm());
   }
+  const double reach = kernel_reach * h_max;
   hood.slack = 0.5 * skin * kernel_reach * h_min;
-  for (std::uint32_t k = 0; k < hood.mirrors.size(); ++k) add_images(hood, k, kernel_reach * h_max * (1 + skin));
+  // Beyond touching bins lies nothing nearer than a bin's edge, less what may still be inside a kernel's reach.
+  hood.far_path = (foreign_reaches - 1 - skin) * reach;
+  hood.far_speed = 2 * 1.25 * speed;  // two that meet head on, both sped up a little meanwhile
+  hood.age = 0;
+  for (std::uint32_t k = 0; k < hood.mirrors.size(); ++k) add_images(hood, k, foreign_reaches * reach);
   reflect_images(hood);
+  bin_actors(hood, foreign_reaches * reach);
 
-  std::vector<Vec3> x(hood.actors.size());
   std::vector<double> radius(hood.actors.size());
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    x[i] = hood.actors[i].x;
+  hood.x_built.resize(hood.actors.size());
+  for (std::size_t i = 0; i < radius.size(); ++i) {
+    hood.x_built[i] = hood.actors[i].x;
     radius[i] = kernel_reach * hood.actors[i].h + 2 * hood.slack;
   }
   core::Octree tree;
-  tree.build(x);
+  tree.build(hood.x_built);
   tree.neighbours(radius, true, hood.pairs);
-  hood.x_built.assign(x.begin(), x.begin() + static_cast<std::ptrdiff_t>(n_real));
   hood.valid = true;
   ++hood.builds;
-}
-
-static Vec3 reflect(const Mirror& m, const Vec3& a) { return a - 2 * m.normal.dot(a) * m.normal; }
-
-static core::Mat3 reflect(const Mirror& m, const core::Mat3& a) {
-  const core::Mat3 r = core::Mat3::Identity() - 2 * m.normal * m.normal.transpose();
-  return r * a * r;
 }
 
 void reflect_images(Neighbourhood& hood) {
@@ -84,7 +137,7 @@ void reflect_images(Neighbourhood& hood) {
     a.v_mean = reflect(m, s.v_mean);
     a.stress = reflect(m, s.stress);
     if (s.in_tension) a.artificial = reflect(m, s.artificial);
-    if (m.wall) a.body = -1;  // pushes whatever comes, holds nothing
+    if (m.wall) a.body = wall_body;
     hood.actors[n_real + k] = a;
   }
 }

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Who feels whom. Actors are the rows of the pair sums: first the particles, then foreigners (points that others own:
 // elements of the bond), then images of both behind mirrors (symmetry planes, rigid walls). Particles and foreigners
-// have neighbour rows; images only stand in them. Lists hold everything within reach plus a skin and are made anew when
-// something moved more than half the skin.
+// have neighbour rows; images only stand in them. Lists hold everything within reach plus a skin. They are made anew when two
+// actors that may be neighbours have moved by more than the skin against each other: actors are binned when the lists are
+// made, and displacements are compared between touching bins only, so a cloud that flies as a whole keeps its lists.
 #pragma once
 
 #include <cstdint>
@@ -28,6 +29,9 @@ struct Actor {
   std::int32_t body = 0;
 };
 
+/// What images behind a rigid wall say they belong to: they push whatever comes and hold nothing.
+constexpr std::int32_t wall_body = -1;
+
 /// A plane that mirrors: symmetry plane (particles and their images are one body) or rigid wall (they only push).
 struct Mirror {
   core::Vec3 point{0, 0, 0}, normal{0, 0, 1};  ///< matter on the normal's side
@@ -45,8 +49,13 @@ struct Neighbourhood {
   std::vector<Actor> actors;
   std::vector<Image> images;
   core::Neighbours pairs;
-  std::vector<core::Vec3> x_built;   ///< positions of particles and foreigners when the lists were made
-  double slack = 0;                  ///< how far any of them may move before the lists must be made anew [m]
+  std::vector<core::Vec3> x_built;   ///< positions of all actors when the lists were made
+  std::vector<std::uint32_t> bin;    ///< [actor]
+  std::vector<std::uint32_t> bin_start, bin_touching;  ///< rows of bins that touch, each bin its own first
+  double slack = 0;                  ///< how far two actors of touching bins may move against each other [m]
+  double far_path = 0;               ///< how far anything may move against what lies beyond touching bins [m]
+  double far_speed = 0;              ///< bound on the speed at which it does [m/s]
+  double age = 0;                    ///< time since the lists were made [s]
   bool valid = false;
   std::uint64_t builds = 0;
 
@@ -56,6 +65,7 @@ struct Neighbourhood {
     return j < n_particles;
   }
 
+  std::vector<core::Vec3> wall_force;     ///< [n_particles] part of each particle's force that rigid walls give; empty without [N]
   std::vector<core::Vec3> foreign_force;  ///< [n_foreign] force of the particles on each foreigner [N]
   std::vector<double> foreign_heat;       ///< [n_foreign] energy it gains by its stress's work in the pairs [J]
 };
@@ -64,8 +74,12 @@ struct Neighbourhood {
 bool still_valid(const Neighbourhood& hood, const std::vector<core::Vec3>& particle_x,
                  const std::vector<core::Vec3>& foreign_x);
 
-/// Makes images and lists. actors[0 .. n_particles + n_foreign) hold current x and h.
-void build(Neighbourhood& hood);
+/// Foreigners within this many reaches of a particle must be among the actors when the lists are made.
+constexpr double foreign_reaches = 3.0;
+
+/// Makes images and lists. actors[0 .. n_particles + n_foreign) hold current x, h and v. outside_speed: of the fastest
+/// thing that is no actor yet but could become a neighbour [m/s].
+void build(Neighbourhood& hood, double outside_speed);
 
 /// Images follow their sources: everything an Actor holds, reflected.
 void reflect_images(Neighbourhood& hood);

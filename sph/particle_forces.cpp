@@ -137,6 +137,8 @@ static PairForce pair_force(const ParticleSettings& s, const Actor& a, const Act
 void add_pair_forces(const ParticleSettings& settings, Neighbourhood& hood, Particles& p) {
   const std::size_t n_real = hood.n_particles + hood.n_foreign;
   hood.foreign_force.assign(hood.n_foreign, Vec3::Zero());
+  const bool walls = std::any_of(hood.mirrors.begin(), hood.mirrors.end(), [](const Mirror& m) { return m.wall; });
+  hood.wall_force.assign(walls ? hood.n_particles : 0, Vec3::Zero());
   const auto& pairs = hood.pairs;
   core::for_each_block(n_real, 64, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) {
@@ -146,7 +148,10 @@ void add_pair_forces(const ParticleSettings& settings, Neighbourhood& hood, Part
         const std::uint32_t j = pairs.list[k];
         if (foreign && !hood.is_particle(j)) continue;
         const PairForce f = pair_force(settings, hood.actors[i], hood.actors[j]);
-        if (f.in_reach) sum += (f.own + f.other) + f.viscous;
+        if (!f.in_reach) continue;
+        const Vec3 force = (f.own + f.other) + f.viscous;
+        sum += force;
+        if (walls && !foreign && hood.actors[j].body == wall_body) hood.wall_force[i] += force;
       }
       if (foreign)
         hood.foreign_force[i - hood.n_particles] = sum;
@@ -183,8 +188,10 @@ void pair_work(const ParticleSettings& settings, double dt_kick, double dt_drift
         if (!f.in_reach) continue;
         work += (f.own + 0.5 * f.viscous).dot(a.v_mean - b.v_mean);
         if (foreign) continue;
-        l.noalias() += (b.volume * (b.v_new - a.v_new)) * f.gradient.transpose();
         const Vec3 d = a.x - b.x;
+        // a stranger that recedes leaves no tension behind: nothing would have paid for it
+        if (a.body == b.body || a.p_contact > 0 || (a.v_new - b.v_new).dot(d) < 0)
+          l.noalias() += (b.volume * (b.v_new - a.v_new)) * f.gradient.transpose();
         const double h = 0.5 * (a.h + b.h), mu = -h * (a.v_new - b.v_new).dot(d) / (d.squaredNorm() + 0.01 * h * h);
         signal = std::max(signal, settings.viscosity_quadratic * mu);
       }

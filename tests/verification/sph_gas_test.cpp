@@ -39,8 +39,8 @@ Sod sod(int n) {
 
 TEST(SodInSph, ProfileAndOrder) {
   using namespace riemann;
-  const auto a = sod(80), b = sod(160);
-  const double order = observed_order("L1 of density, 80 to 160", a.l1, b.l1);
+  const auto a = sod(60), b = sod(120);
+  const double order = observed_order("L1 of density, 60 to 120", a.l1, b.l1);
   EXPECT_LT(std::abs(report("p star", b.p_star, sod::p_star)), 0.03);
   EXPECT_LT(std::abs(report("rho star left", b.left, sod::rho_star_left)), 0.03);
   EXPECT_LT(std::abs(report("rho star right", b.right, sod::rho_star_right)), 0.05);
@@ -58,6 +58,7 @@ Noh noh(int n) {
   auto& s = *c.rig.s;
   c.mirror_at(0, 1);
   c.rig.begin();
+  s.dt_old = 0.01 / n;  // cold gas has no stable step before something moves: the growth limit takes over from here
   c.rig.run(0.6);
   EXPECT_LT(std::abs(s.ledger.energy_error), 1e-11);
   // the free end's kernel is cut off, but nothing reaches it: the gas there is cold
@@ -79,7 +80,7 @@ TEST(SymmetricFlyerInSph, Aluminium) {
     double speed, p, rho;
   };
   for (const Shot f : {Shot{1000, 8.3508e9, 3038.3}, {4000, 44.5823e9, 3712.7}, {8000, 118.9752e9, 4452.7}}) {
-    const int n = 80;
+    const int n = 60;
     const double L = 0.01;
     Column c(n, 0, L, 4, mie_grueneisen(2785, 5328, 1.338, 2.0, 0.48), [&](const Vec3&) { return Vec3(0, 0, -0.5 * f.speed); });
     auto& s = *c.rig.s;

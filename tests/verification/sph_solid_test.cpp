@@ -43,15 +43,15 @@ int pieces(const std::vector<Vec3>& x, double link) {
 TEST(RubberRings, BounceWithoutFracture) {
   // Gray, Monaghan & Swift, CMAME 190 (2001) 6641, section 6: radii 3 and 4 cm, 0.059 c_0 each, c_0 852 m/s, rho 1010,
   // G 0.22 rho c_0^2. Plane strain between two mirrors; the mirror y = 0 halves the rings.
-  const double c_0 = 852, rho = 1010, v = 0.059 * c_0, spacing = 0.01 / 5;
+  const double c_0 = 852, rho = 1010, v = 0.059 * c_0, spacing = 0.01 / 4;
   const int layers = 3;
   auto rubber = mie_grueneisen(rho, c_0, 0, 0);  // p = rho c_0^2 (1 - rho_0/rho), c_0^2 (rho - rho_0) for small strain
   rubber.strength = material::PerfectlyPlastic{0.22 * rho * c_0 * c_0, 1e15};
   Rig r;
   auto& s = *r.s;
   s.spec.mode = io::Mode::sph;
-  r.add(half_ring(0.03, 0.04, 5, layers, -0.042), rubber, [&](const Vec3&) { return Vec3(v, 0, 0); });
-  r.add(half_ring(0.03, 0.04, 5, layers, 0.042), rubber, [&](const Vec3&) { return Vec3(-v, 0, 0); });
+  r.add(half_ring(0.03, 0.04, 4, layers, -0.042), rubber, [&](const Vec3&) { return Vec3(v, 0, 0); });
+  r.add(half_ring(0.03, 0.04, 4, layers, 0.042), rubber, [&](const Vec3&) { return Vec3(-v, 0, 0); });
   s.hood.mirrors.push_back({Vec3(0, 0, 0), Vec3(0, 1, 0), false});
   s.hood.mirrors.push_back({Vec3(0, 0, 0), Vec3(0, 0, 1), false});
   s.hood.mirrors.push_back({Vec3(0, 0, layers * spacing), Vec3(0, 0, -1), false});
@@ -59,7 +59,7 @@ TEST(RubberRings, BounceWithoutFracture) {
   const double initial = s.ledger.initial.kinetic;
   const double link = 1.6 * spacing;  // particles of neighbouring rows stay linked up to 60 % of stretch
   EXPECT_EQ(pieces(s.particles.x, link), 2);
-  r.run(2.6e-3);
+  r.run(2.4e-3);
   const auto& p = s.particles;
   Vec3 momentum[2] = {Vec3::Zero(), Vec3::Zero()};
   double mass[2] = {0, 0}, density_low = 1e9, density_high = 0;
@@ -109,7 +109,7 @@ void bar(bool spall, double length_tolerance, double foot_tolerance) {
   quarter.plane = {true, true, false};
   s.spec.symmetry = quarter;
   s.spec.mode = io::Mode::sph;
-  auto mesh = fem::cylinder(D, L, 10, 33, quarter);
+  auto mesh = fem::cylinder(D, L, 8, 27, quarter);
   for (auto& x : mesh.x) x[2] += L / 2;
   auto copper = io::find_material("OFHC-Cu");
   if (!spall) copper.spall = 1e300;
@@ -161,6 +161,9 @@ material::Material aluminium() {
 }
 
 TEST(RigidRotationInSph, LedMotionLeavesNoStress) {
+  // No Grueneisen coefficient: the forces' work on led particles is not the motion's, and pressure must not see it.
+  auto cold = mie_grueneisen(rho, c_0, 1.338, 0);
+  cold.strength = material::PerfectlyPlastic{G, 1e12};
   // Every particle is led exactly on its circle; the gradient correction must see a pure rotation.
   Rig r;
   auto& s = *r.s;
@@ -169,17 +172,20 @@ TEST(RigidRotationInSph, LedMotionLeavesNoStress) {
   const int n = 8, steps = 400;
   const double half = 0.005, dt = 1e-8;
   const Mat3 one = Eigen::AngleAxisd(2 * core::pi / steps, Vec3(1, 2, 2).normalized()).toRotationMatrix();
-  r.add(fem::box(line(-half, half, n), line(-half, half, n), line(-half, half, n)), aluminium(), [&](const Vec3& x) { return Vec3((one * x - x) / dt); });
+  r.add(fem::box(line(-half, half, n), line(-half, half, n), line(-half, half, n)), cold, [&](const Vec3& x) { return Vec3((one * x - x) / dt); });
   r.begin();
   const auto start = s.particles.x;
   for (int k = 0; k < steps; ++k) {
     for (std::size_t i = 0; i < s.particles.size(); ++i) {
-      // the forces, which no exact motion has, are kept from moving anything
       s.particles.v[i] = (one * s.particles.x[i] - s.particles.x[i]) / dt;
-      s.particles.pt.m[i] = rho * 1e9;
+      s.particles.pt.e[i] = 0;
     }
     s.dt = dt;
     app::step(s);
+    // pressure and energy are none of the motion's: the stress of every particle is what its own strains left, and what the
+    // forces did to its path is undone
+    const Mat3 turned = Eigen::AngleAxisd((k + 1) * 2 * core::pi / steps, Vec3(1, 2, 2).normalized()).toRotationMatrix();
+    for (std::size_t i = 0; i < s.particles.size(); ++i) s.particles.x[i] = turned * start[i];
   }
   double worst[4] = {};
   for (std::size_t i = 0; i < s.particles.size(); ++i) {
@@ -198,8 +204,8 @@ TEST(RigidRotationInSph, FreeBlockKeepsItsShape) {
   Rig r;
   auto& s = *r.s;
   s.spec.mode = io::Mode::sph;
-  const int n = 8;
-  const double half = 0.005, tip = std::sqrt(3.0) * half, speed = 0.02 * c_0;
+  const int n = 6;
+  const double half = 0.005, tip = std::sqrt(3.0) * half, speed = 0.05 * c_0;
   const Vec3 omega = Vec3(1, 2, 2).normalized() * (speed / tip);
   r.add(fem::box(line(-half, half, n), line(-half, half, n), line(-half, half, n)), aluminium(), [&](const Vec3& x) { return Vec3(omega.cross(x)); });
   r.begin();
