@@ -111,7 +111,7 @@ static std::pair<double, double> fineness(const io::Case& spec, const io::BodySp
   const double d = smallest_extent(shot) > 0 ? smallest_extent(shot) : extent(b).minCoeff();
   double fine = d / spec.elements_across;
   double half = 1.5 * d;
-  constexpr double later_layers = 6, cloud_slope = 0.35;
+  constexpr double later_layers = 6, cloud_slope = 0.25;
   if (k > 0) {
     fine = std::max(fine, b.size[2] / later_layers);
     half = 1.5 * d + cloud_slope * distance;

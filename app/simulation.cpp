@@ -43,7 +43,7 @@ static void find_neighbours(Simulation& s) {
   if (s.particles.size() == 0) return;
   auto& hood = s.hood;
   coupling::update_centres(s.mesh, s.bond);
-  const bool rebuild = !sph::still_valid(hood, s.particles.x, s.bond.x);
+  const bool rebuild = !sph::still_valid(hood, s.particles.x, s.bond.x, s.bond.watched_x);
   if (rebuild) {
     coupling::find_elements(s.mesh, s.particles, s.bond);
     hood.n_particles = s.particles.size();
@@ -53,7 +53,7 @@ static void find_neighbours(Simulation& s) {
   sph::fill_actors(s.particles, s.rho_0, hood);
   coupling::fill_foreign(s.mesh, s.bond, hood);
   if (rebuild)
-    sph::build(hood, fastest_node(s.mesh));
+    sph::build(hood, s.bond.watched_x, fastest_node(s.mesh));
   else
     sph::reflect_images(hood);
   sph::correct_gradients(s.particles, s.particle_settings, hood, s.correction);

@@ -52,7 +52,9 @@ static double smoothing_length(const fem::Elements& e, std::size_t el) {
 void find_elements(const fem::Mesh& mesh, const sph::Particles& p, Bond& bond) {
   const fem::Elements& e = mesh.elements;
   bond.elements.clear();
+  bond.watched.clear();
   bond.x.clear();
+  bond.watched_x.clear();
   if (p.size() == 0 || mesh.n_alive == 0) return;
   core::Vec3 low = p.x[0], high = p.x[0];
   double h_max = 0;
@@ -61,19 +63,20 @@ void find_elements(const fem::Mesh& mesh, const sph::Particles& p, Bond& bond) {
     high = high.cwiseMax(p.x[i]);
     h_max = std::max(h_max, p.h[i]);
   }
-  const double reach = sph::foreign_reaches * sph::kernel_reach * h_max;
+  const double reach = sph::watched_reaches * sph::kernel_reach * h_max;
   low.array() -= reach;
   high.array() += reach;
-  const OccupiedCells cells(p, reach);
+  const OccupiedCells cells(p, reach), near_cells(p, sph::foreign_reaches * sph::kernel_reach * h_max);
   std::vector<std::uint8_t> near(e.size());
   core::for_each(e.size(), [&](std::size_t el) {
     if (!e.alive[el]) return;
     const Vec3& corner = mesh.nodes.x[static_cast<std::size_t>(e.node[el][0])];
     if ((corner.array() < low.array() - reach).any() || (corner.array() > high.array() + reach).any()) return;
-    near[el] = cells.near(fem::centre(mesh, el, mesh.nodes.x));
+    const Vec3 x = fem::centre(mesh, el, mesh.nodes.x);
+    near[el] = near_cells.near(x) ? 2 : cells.near(x) ? 1 : 0;
   });
   for (std::size_t el = 0; el < near.size(); ++el)
-    if (near[el]) bond.elements.push_back(static_cast<std::uint32_t>(el));
+    if (near[el]) (near[el] == 2 ? bond.elements : bond.watched).push_back(static_cast<std::uint32_t>(el));
   update_centres(mesh, bond);
 }
 
@@ -81,6 +84,9 @@ void update_centres(const fem::Mesh& mesh, Bond& bond) {
   bond.x.resize(bond.elements.size());
   core::for_each(bond.elements.size(),
                  [&](std::size_t k) { bond.x[k] = fem::centre(mesh, bond.elements[k], mesh.nodes.x); });
+  bond.watched_x.resize(bond.watched.size());
+  core::for_each(bond.watched.size(),
+                 [&](std::size_t k) { bond.watched_x[k] = fem::centre(mesh, bond.watched[k], mesh.nodes.x); });
 }
 
 void fill_foreign(const fem::Mesh& mesh, const Bond& bond, sph::Neighbourhood& hood) {

@@ -17,14 +17,16 @@ namespace coupling {
 struct Bond {
   std::vector<std::uint32_t> elements;  ///< foreign actors, ascending
   std::vector<core::Vec3> x;            ///< their centres [m]
+  std::vector<std::uint32_t> watched;   ///< elements not in reach but near enough to come into it soon, ascending
+  std::vector<core::Vec3> watched_x;    ///< their centres [m]
   bool hold = true;                     ///< [convert] bond
 };
 
-/// Elements whose centre lies within reach of a particle, and a skin. Images need no search of their own: an element in
+/// Elements whose centre lies within reach of a particle, and a skin; and those to be watched. Images need no search of their own: an element in
 /// reach of an image has its own image in reach of the particle.
 void find_elements(const fem::Mesh& mesh, const sph::Particles& particles, Bond& bond);
 
-/// Centres of the bonded elements now.
+/// Centres of the bonded and the watched elements now.
 void update_centres(const fem::Mesh& mesh, Bond& bond);
 
 /// The foreign rows of hood.actors, all but velocities after the kick.

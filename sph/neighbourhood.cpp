@@ -33,9 +33,12 @@ struct Bounds {
   double apart(const Bounds& o) const { return (high - o.low).cwiseMax(o.high - low).squaredNorm(); }
 };
 
-bool still_valid(const Neighbourhood& hood, const std::vector<Vec3>& particle_x, const std::vector<Vec3>& foreign_x) {
+bool still_valid(const Neighbourhood& hood, const std::vector<Vec3>& particle_x, const std::vector<Vec3>& foreign_x,
+                 const std::vector<Vec3>& watched_x) {
   const std::size_t n = particle_x.size(), n_real = n + foreign_x.size();
-  if (!hood.valid || hood.n_particles != n || hood.n_foreign != foreign_x.size()) return false;
+  if (!hood.valid || hood.n_particles != n || hood.n_foreign != foreign_x.size() ||
+      hood.watched_built.size() != watched_x.size())
+    return false;
   if (hood.age * hood.far_speed > hood.far_path) return false;
   std::vector<Vec3> moved(hood.x_built.size());
   std::vector<Bounds> bounds(hood.bin_start.size() - 1);
@@ -46,6 +49,8 @@ bool still_valid(const Neighbourhood& hood, const std::vector<Vec3>& particle_x,
       moved[i] = reflect(hood.mirrors[hood.images[i - n_real].mirror], moved[hood.images[i - n_real].source]);
     bounds[hood.bin[i]].add(moved[i]);
   }
+  for (std::size_t k = 0; k < watched_x.size(); ++k)
+    bounds[hood.bin[moved.size() + k]].add(watched_x[k] - hood.watched_built[k]);
   const double limit = 4 * hood.slack * hood.slack;
   for (std::size_t b = 0; b < bounds.size(); ++b)
     for (auto k = hood.bin_start[b]; k < hood.bin_start[b + 1]; ++k)
@@ -61,9 +66,12 @@ static void bin_actors(Neighbourhood& hood, double edge) {
                 static_cast<std::int64_t>(std::floor(x[2] / edge))};
   };
   std::map<Cell, std::uint32_t> bins;
-  hood.bin.resize(hood.actors.size());
-  for (std::size_t i = 0; i < hood.actors.size(); ++i)
-    hood.bin[i] = bins.try_emplace(cell_of(hood.actors[i].x), static_cast<std::uint32_t>(bins.size())).first->second;
+  hood.bin.clear();
+  const auto put = [&](const Vec3& x) {
+    hood.bin.push_back(bins.try_emplace(cell_of(x), static_cast<std::uint32_t>(bins.size())).first->second);
+  };
+  for (const Actor& a : hood.actors) put(a.x);
+  for (const Vec3& x : hood.watched_built) put(x);
   std::vector<Cell> cells(bins.size());
   for (const auto& [cell, b] : bins) cells[b] = cell;
   hood.bin_start.assign(1, 0);
@@ -91,7 +99,7 @@ static void add_images(Neighbourhood& hood, std::uint32_t mirror, double reach) 
   }
 }
 
-void build(Neighbourhood& hood, double outside_speed) {
+void build(Neighbourhood& hood, const std::vector<Vec3>& watched_x, double outside_speed) {
   const std::size_t n_real = hood.n_particles + hood.n_foreign;
   hood.actors.resize(n_real);
   hood.images.clear();
@@ -104,12 +112,13 @@ void build(Neighbourhood& hood, double outside_speed) {
   const double reach = kernel_reach * h_max;
   hood.slack = 0.5 * skin * kernel_reach * h_min;
   // Beyond touching bins lies nothing nearer than a bin's edge, less what may still be inside a kernel's reach.
-  hood.far_path = (foreign_reaches - 1 - skin) * reach;
+  hood.far_path = (watched_reaches - 1 - skin) * reach;
   hood.far_speed = 2 * 1.25 * speed;  // two that meet head on, both sped up a little meanwhile
   hood.age = 0;
-  for (std::uint32_t k = 0; k < hood.mirrors.size(); ++k) add_images(hood, k, foreign_reaches * reach);
+  for (std::uint32_t k = 0; k < hood.mirrors.size(); ++k) add_images(hood, k, (1 + 2 * skin) * reach);
   reflect_images(hood);
-  bin_actors(hood, foreign_reaches * reach);
+  hood.watched_built = watched_x;
+  bin_actors(hood, watched_reaches * reach);
 
   std::vector<double> radius(hood.actors.size());
   hood.x_built.resize(hood.actors.size());

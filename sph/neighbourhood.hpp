@@ -50,7 +50,8 @@ struct Neighbourhood {
   std::vector<Image> images;
   core::Neighbours pairs;
   std::vector<core::Vec3> x_built;   ///< positions of all actors when the lists were made
-  std::vector<std::uint32_t> bin;    ///< [actor]
+  std::vector<core::Vec3> watched_built;  ///< of what is no actor but near enough to become one
+  std::vector<std::uint32_t> bin;    ///< [actors, then watched]
   std::vector<std::uint32_t> bin_start, bin_touching;  ///< rows of bins that touch, each bin its own first
   double slack = 0;                  ///< how far two actors of touching bins may move against each other [m]
   double far_path = 0;               ///< how far anything may move against what lies beyond touching bins [m]
@@ -72,14 +73,15 @@ struct Neighbourhood {
 
 /// True when the lists still hold every pair in reach of the current positions of particles and foreigners.
 bool still_valid(const Neighbourhood& hood, const std::vector<core::Vec3>& particle_x,
-                 const std::vector<core::Vec3>& foreign_x);
+                 const std::vector<core::Vec3>& foreign_x, const std::vector<core::Vec3>& watched_x);
 
-/// Foreigners within this many reaches of a particle must be among the actors when the lists are made.
-constexpr double foreign_reaches = 3.0;
+/// What lies within foreign_reaches of a particle must be an actor when the lists are made, what lies within
+/// watched_reaches must be watched.
+constexpr double foreign_reaches = 1.2, watched_reaches = 3.0;
 
 /// Makes images and lists. actors[0 .. n_particles + n_foreign) hold current x, h and v. outside_speed: of the fastest
 /// thing that is no actor yet but could become a neighbour [m/s].
-void build(Neighbourhood& hood, double outside_speed);
+void build(Neighbourhood& hood, const std::vector<core::Vec3>& watched_x, double outside_speed);
 
 /// Images follow their sources: everything an Actor holds, reflected.
 void reflect_images(Neighbourhood& hood);

@@ -48,7 +48,7 @@ struct Cloud {
     hood.n_particles = p.size();
     hood.actors.resize(p.size());
     sph::fill_actors(p, {rho_0}, hood);
-    sph::build(hood);
+    sph::build(hood, {}, 0);
     sph::correct_gradients(p, settings, hood, correction);
     sph::reflect_images(hood);
     sph::add_pair_forces(settings, hood, p);
@@ -161,7 +161,7 @@ TEST(PairSums, BodiesPushAndNeverPull) {
   c.hood.actors.resize(c.p.size());
   const auto force_on_first = [&] {
     sph::fill_actors(c.p, {rho_0, rho_0}, c.hood);
-    sph::build(c.hood);
+    sph::build(c.hood, {}, 0);
     sph::correct_gradients(c.p, c.settings, c.hood, c.correction);
     sph::add_pair_forces(c.settings, c.hood, c.p);
     double f = 0;
