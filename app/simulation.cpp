@@ -162,7 +162,7 @@ void step(Simulation& s) {
 
 void choose_step(Simulation& s, double stop) {
   const auto el = fem::stable_step(s.mesh);
-  constexpr double collapsed = 1e-3;
+  constexpr double collapsed = 0.01;
   if (!s.mesh.awake_blocks.empty() && el.value < collapsed * s.mesh.elements.dt_0[el.index])
     throw core::GuardError(fmt::format(
         "element {} of body \"{}\" is about to turn inside out at step {}, t = {:.4g} us: its stable step has fallen to {:.2g} "

@@ -87,6 +87,8 @@ Profile noh(int n) {
   r.fix(3, [](const Vec3&) { return true; });
   r.fix(4, [](const Vec3& x) { return x[2] == 0; });
   r.begin();
+  // Gas without energy has no sound and so no first stable step for the guards to compare with: that of the inflow.
+  s.mesh.elements.dt_0.assign(s.mesh.elements.size(), 1.0 / n);
   r.run(0.6);
   EXPECT_LT(std::abs(s.ledger.energy_error), 1e-12);
   return profile(s, [](double z) { return noh::density(z / 0.6); });

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Sod's shock tube and Noh's planar problem: exact profiles.
-// Sod: J. Comput. Phys. 27 (1978) 1; star values from /work/shared/reference/csv/verif_riemann_exact.csv (derived).
+// Sod: J. Comput. Phys. 27 (1978) 1; star values from reference/csv/verif_riemann_exact.csv (derived).
 // Noh: J. Comput. Phys. 72 (1987) 78, eq. for the plane case; verif_noh.csv.
 #pragma once
 

@@ -18,7 +18,7 @@ std::vector<std::size_t> along_z(const app::Simulation& s) {
 }
 
 TEST(ElasticPlasticPiston, WavesAndStates) {
-  // Jump conditions of a hypoelastic, perfectly plastic solid: /work/shared/reference, README section 8 (derived there): G 28.6
+  // Jump conditions of a hypoelastic, perfectly plastic solid: reference, README section 8 (derived there): G 28.6
   // GPa, Y 0.26 GPa, rho_0 2790, c_0 5330, s 1.34, gamma 2, piston 100 m/s. Here the body runs into a wall at rest.
   const double up = 100, L = 0.01;
   const int n = 400;
@@ -125,7 +125,7 @@ void check_flyers(const material::Material& m, const std::vector<Flyer>& shots) 
   }
 }
 
-// Rankine-Hugoniot with Us = c_0 + s up: /work/shared/reference/csv/verif_symmetric_flyer.csv (derived).
+// Rankine-Hugoniot with Us = c_0 + s up: reference/csv/verif_symmetric_flyer.csv (derived).
 TEST(SymmetricFlyer, Aluminium2024) {
   check_flyers(mie_grueneisen(2785, 5328, 1.338, 2.0, 0.48), {{500, 3.9425e9, 2913.6},
                                                               {1000, 8.3508e9, 3038.3},
