@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <filesystem>
 #include <thread>
 
@@ -125,6 +126,13 @@ int command_line(int argc, char** argv) {
   c_hugoniot->add_option("MATERIAL", material)->required();
   c_hugoniot->callback([&] { code = print_hugoniot(material); });
   try {
+    std::vector<std::string> names;
+    for (const auto* c : cli.get_subcommands({})) names.push_back(c->get_name());
+    if (argc > 1 && argv[1][0] != '-' && std::find(names.begin(), names.end(), argv[1]) == names.end()) {
+      fmt::print(stderr, "error: \"{}\" is no command{}; valid: {}\n", argv[1], io::did_you_mean(argv[1], names),
+                 fmt::join(names, ", "));
+      return 2;
+    }
     cli.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
     return cli.exit(e) == 0 ? 0 : 2;

@@ -156,7 +156,6 @@ static int conclude(Simulation& s, Output& out, double wall_before) {
   const auto begin_time = std::chrono::steady_clock::now();
   std::signal(SIGINT, note_interrupt);
   std::signal(SIGTERM, note_interrupt);
-  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error of the write, reported there
   RunInfo info;
   int code = 0;
   try {

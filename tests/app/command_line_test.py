@@ -314,7 +314,7 @@ class Output(Folder):
     def test_help(self):
         r = self.ejecta("--help")
         self.assertEqual(r.returncode, 0)
-        for command in ("run", "resume", "check", "measure", "report", "compare", "trade", "hugoniot", "materials", "bench"):
+        for command in ("run", "resume", "check", "measure", "hugoniot", "materials"):
             self.assertIn(command, r.stdout)
 
 
