@@ -128,8 +128,12 @@ int command_line(int argc, char** argv) {
   try {
     std::vector<std::string> names;
     for (const auto* c : cli.get_subcommands({})) names.push_back(c->get_name());
-    if (argc > 1 && argv[1][0] != '-' && std::find(names.begin(), names.end(), argv[1]) == names.end()) {
-      fmt::print(stderr, "error: \"{}\" is no command{}; valid: {}\n", argv[1], io::did_you_mean(argv[1], names),
+    if (argc < 2) {
+      fmt::print(stderr, "error: a command is missing; valid: {}\n", fmt::join(names, ", "));
+      return 2;
+    }
+    if (argv[1][0] != '-' && std::find(names.begin(), names.end(), argv[1]) == names.end()) {
+      fmt::print(stderr, "error: \"{}\" is no command{}; valid: {}\n", argv[1], io::toml_reader::did_you_mean(argv[1], names),
                  fmt::join(names, ", "));
       return 2;
     }
