@@ -115,7 +115,9 @@ void find_members(const Scene& scene, Whole& whole) {
     const Rim& r = whole.rims[m.body[row]];
     const double speed = (m.v[row] - r.velocity).norm();
     own[row] = r.exists;
-    slow[row] = r.exists && speed < speed_limit(whole, settled_speed);
+    // A failed particle carries no tension: it is powder that lies at the lip or drifts from it, and holds to nothing.
+    const bool powder = !whole.is_element(row) && m.damage[row] >= 1;
+    slow[row] = r.exists && !powder && speed < speed_limit(whole, settled_speed);
     loose[row] = speed > speed_limit(whole, r.exists ? loose_speed : settled_speed);
   }
   whole.joined = connected_to_rim(whole, own, rim);
