@@ -48,7 +48,7 @@ static void find_neighbours(Simulation& s) {
     coupling::find_elements(s.mesh, s.particles, s.bond);
     coupling::find_seam(s.mesh, s.bond);
     hood.n_particles = s.particles.size();
-    hood.n_foreign = s.bond.elements.size();
+    hood.n_foreign = s.bond.x.size();
     hood.actors.resize(hood.n_particles + hood.n_foreign);
   }
   sph::fill_actors(s.particles, s.rho_0, hood);

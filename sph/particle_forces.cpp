@@ -122,10 +122,10 @@ static PairForce pair_force(const ParticleSettings& s, const Actor& a, const Act
     f.own = vv * (a.stress * f.gradient);
     f.other = vv * (b.stress * f.gradient);
     if (a.in_tension || b.in_tension) {
-      // held at its value for the regular spacing: uncapped it reaches 110 for pairs that nearly meet
-      const double w = std::min(1.0, kernel(r, h) / kernel(h / h_over_spacing, h)), w2 = w * w;
-      if (a.in_tension) f.own += (vv * w2 * w2) * (a.artificial * f.gradient);
-      if (b.in_tension) f.other += (vv * w2 * w2) * (b.artificial * f.gradient);
+      // nothing at the regular spacing, where it would only weaken the matter; held below where pairs nearly meet
+      const double w = kernel(r, h) / kernel(h / h_over_spacing, h), w2 = w * w, close = std::clamp(w2 * w2 - 1, 0.0, 1.0);
+      if (a.in_tension) f.own += (vv * close) * (a.artificial * f.gradient);
+      if (b.in_tension) f.other += (vv * close) * (b.artificial * f.gradient);
     }
   } else {
     f.own = (-vv * a.p_contact) * f.gradient;
@@ -136,12 +136,12 @@ static PairForce pair_force(const ParticleSettings& s, const Actor& a, const Act
 }
 
 /// Calls share(anchor, weight) for the anchors of foreigner k; weights add up to one and fall to nothing within one spacing
-/// of the middle of the pair. A lattice under uniform stress is then held still within 2e-3 of the stress at any seam.
+/// of anchors from the middle of the pair. A lattice under uniform stress is then held still within 2e-3 of the stress at any seam.
 template <class Share>
 static void share_among_anchors(const Neighbourhood& hood, std::size_t k, const Actor& a, const Actor& b, Share&& share) {
   constexpr double spread = 0.9 / h_over_spacing, floor = 1e-9;
   const Vec3 middle = 0.5 * (a.x + b.x);
-  const double radius = spread * 0.5 * (a.h + b.h), scale = 1 / (radius * radius);
+  const double radius = hood.anchor_spacing * spread * 0.5 * (a.h + b.h), scale = 1 / (radius * radius);
   const auto weight = [&](std::uint32_t n) {
     const double u = std::max(1 - (hood.anchor_x[n] - middle).squaredNorm() * scale, 0.0);
     return u * u + floor;
