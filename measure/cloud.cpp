@@ -179,14 +179,24 @@ class Cloud {
 
 }  // namespace
 
+/// Nothing passes through a plate's material, so what crossed its mid-plane within its edges went through an opening, and
+/// what crossed it outside flew round. Behind a plate debris flies straight, so its velocity tells where it crossed.
+static bool came_through(const PlateFrame& frame, const Vec3& local_x, const Vec3& local_v) {
+  const bool recedes = local_v.z() < 0;
+  return frame.rim(recedes ? Vec3(local_x - local_x.z() / local_v.z() * local_v) : local_x) <= 1;
+}
+
 std::vector<std::uint32_t> cloud_rows(const Whole& whole, const Scene& scene, std::size_t plate_index) {
   const PlateFrame frame = plate_frame(scene, scene.plates[plate_index]);
   const auto later = scene.plates.begin() + static_cast<std::ptrdiff_t>(plate_index) + 1;
   Rows rows;
   for (std::size_t row = 0; row < whole.size(); ++row) {
     if (!whole.debris[row] || whole.matter.v[row].dot(whole.flight) <= 0) continue;
-    if (frame.local(whole.matter.x[row]).z() >= -frame.half.z()) continue;
-    if (std::find(later, scene.plates.end(), whole.matter.body[row]) != scene.plates.end()) continue;
+    const Vec3 x = frame.local(whole.matter.x[row]);
+    if (x.z() >= -frame.half.z()) continue;
+    const int body = whole.matter.body[row];
+    if (std::find(later, scene.plates.end(), body) != scene.plates.end()) continue;
+    if (body != scene.plates[plate_index] && !came_through(frame, x, frame.axes * whole.matter.v[row])) continue;
     rows.push_back(static_cast<std::uint32_t>(row));
   }
   return rows;

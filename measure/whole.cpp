@@ -131,6 +131,14 @@ void find_members(const Scene& scene, Whole& whole) {
   }
 }
 
+/// The matter with the place where each row's element was built, where that is known.
+Matter with_origins(Matter m, const Scene& scene) {
+  m.built.clear();
+  if (scene.built.empty() || m.parent.size() != m.x.size()) return m;
+  for (const std::uint32_t el : m.parent) m.built.push_back(scene.built.at(el));
+  return m;
+}
+
 }  // namespace
 
 PlateFrame plate_frame(const Scene& scene, int body) {
@@ -168,7 +176,7 @@ std::vector<std::int64_t> connected_pieces(const Whole& whole, std::span<const c
 
 Whole make_whole(const Matter& part, const Scene& scene) {
   Whole whole;
-  whole.matter = mirrored(part, scene.symmetry);
+  whole.matter = mirrored(with_origins(part, scene), scene.symmetry);
   whole.impact_speed = scene.impact_velocity.norm();
   if (whole.impact_speed > 0) whole.flight = scene.impact_velocity / whole.impact_speed;
   whole.faces = all_faces(whole.matter);
