@@ -96,7 +96,7 @@ void count_cut_links(const Whole& whole, const Scene& scene, std::span<const std
 void measure_fragments(const Whole& whole, const Scene& scene, Result& result) {
   const std::vector<char> mask = downstream_debris(whole, scene);
   const std::vector<std::int64_t> piece = connected_pieces(whole, mask, true);
-  std::vector<std::int64_t> number(whole.size(), -1);
+  std::vector<std::int64_t> number(whole.size(), -1);  // of the fragment that a row is part of; a piece is known by its first row
   std::vector<Fragment>& fragments = result.fragments;
   std::vector<std::size_t> first_row;
   for (std::size_t row = 0; row < whole.size(); ++row) {
@@ -106,7 +106,8 @@ void measure_fragments(const Whole& whole, const Scene& scene, Result& result) {
       fragments.emplace_back();
       first_row.push_back(row);
     }
-    add_row(whole, scene, row, fragments[number[piece[row]]]);
+    number[row] = number[piece[row]];
+    add_row(whole, scene, row, fragments[number[row]]);
   }
   core::Octree tree;
   if (!fragments.empty()) tree.build(whole.matter.x);

@@ -8,16 +8,6 @@
 namespace measure {
 namespace {
 
-/// How far the held material reaches beyond the back face as built.
-double bulge(const Plate& plate) {
-  const double back = -plate.frame.half.z();
-  double lowest = back;
-  for (const Quad& q : plate.held.quads)
-    for (const core::Vec3& x : q.x) lowest = std::min(lowest, x.z());
-  for (const Sphere& s : plate.held.spheres) lowest = std::min(lowest, s.x.z() - 0.5 * s.spacing);
-  return back - lowest;
-}
-
 /// Material of the plate itself that came off and recedes beyond its back face: spall, or the plug of a hole.
 double detached_mass(const Whole& whole, const Plate& plate) {
   const Matter& m = whole.matter;
@@ -31,6 +21,15 @@ double detached_mass(const Whole& whole, const Plate& plate) {
 }
 
 }  // namespace
+
+double bulge(const Plate& plate) {
+  const double back = -plate.frame.half.z();
+  double lowest = back;
+  for (const Quad& q : plate.held.quads)
+    for (const core::Vec3& x : q.x) lowest = std::min(lowest, x.z());
+  for (const Sphere& s : plate.held.spheres) lowest = std::min(lowest, s.x.z() - 0.5 * s.spacing);
+  return back - lowest;
+}
 
 Plate make_plate(const Whole& whole, const Scene& scene, int body) {
   Plate plate;

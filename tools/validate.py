@@ -260,14 +260,14 @@ def heading(the_set, table):
 def values(the_set, out, table):
     several = len(table["shots"]) > 1
     paper = table.get("paper", {})
-    head = (["shot"] if several else ["criterion"]) + ["mode", "across"]
+    head = ["shot"] * several + ["criterion"] * (len(table["settings"]) > 1) + ["mode", "across"]
     published = {k for p in paper.values() for k in p}
     for key, label in table["columns"].items():
         head += [label, "error"] if any(measured(the_set["shot"][s], key) for s in table["shots"]) else [label]
         head += ["1997"] if key in published else []
     rows = []
     for run in present(the_set, out, table):
-        row = [run.shot["title"] if several else run.setting["label"], run.mode, str(run.across)]
+        row = [run.shot["title"]] * several + [run.setting["label"]] * (len(table["settings"]) > 1) + [run.mode, str(run.across)]
         values_of = found(run, table["columns"])
         for key in table["columns"]:
             value = shown(values_of, key)

@@ -140,3 +140,16 @@ TEST(Cloud, DebrisThatFlewRoundAWallIsNotBehindIt) {
   EXPECT_NEAR(get(r, "wall.cloud.mass") / one, 3, 1e-9);
   EXPECT_NEAR(get(r, "cloud.mass") / one, 4, 1e-9);  // all that left the bumper: its hole is where they come from
 }
+
+TEST(Cloud, DebrisThatLiesInTheDishOfAWallIsNotBehindIt) {
+  measure::Matter m;
+  Block b = plate(20 * mm, mm, 40, 2);
+  b.map = [](const Vec3& x) { return Vec3(x - Vec3(0, 0, 3 * mm * std::exp(-x.head<2>().squaredNorm() / (9 * mm * mm)))); };
+  add_block(m, b);
+  const double d = 0.3 * mm, one = rho_0 * d * d * d;
+  add_particle(m, {0.2 * mm, 0, -2.2 * mm}, {0, 0, -90}, d, 0);   // below the back face as built, above the bulge
+  add_particle(m, {0.2 * mm, 0, -6 * mm}, {0, 0, -100}, d, 0);    // came through, slowly
+  measure::Scene s = scene_at();
+  add_plate(s, "wall", 20 * mm, mm);
+  EXPECT_NEAR(get(measure::measure(m, s), "wall.debris_mass_behind") / one, 1, 1e-9);
+}
