@@ -32,6 +32,7 @@ void add_row(const Whole& whole, const Scene& scene, std::size_t row, Fragment& 
   f.v += m.m[row] * m.v[row];
   f.size += m.size[row] * m.size[row] * m.size[row];
   if (!m.T.empty()) f.temperature += m.m[row] * m.T[row];
+  if (m.damage[row] >= 1) f.failed_fraction += m.m[row];
   if (scene.bodies[m.body[row]].is_projectile) f.projectile_fraction += m.m[row];
   ++f.n_points;
 }
@@ -43,6 +44,7 @@ void finish(Fragment& f) {
   f.v /= f.mass;
   f.temperature /= f.mass;
   f.projectile_fraction /= f.mass;
+  f.failed_fraction /= f.mass;
 }
 
 /// True where no other row of the mask comes within a kernel of the particle.
@@ -112,7 +114,7 @@ void measure_fragments(const Whole& whole, const Scene& scene, Result& result) {
   core::Octree tree;
   if (!fragments.empty()) tree.build(whole.matter.x);
   count_cut_links(whole, scene, number, fragments);
-  double mass = 0, momentum = 0, lone_mass = 0, reach_mass = 0;
+  double mass = 0, momentum = 0, lone_mass = 0, failed_mass = 0, reach_mass = 0;
   for (std::size_t k = 0; k < fragments.size(); ++k) {
     Fragment& f = fragments[k];
     finish(f);
@@ -121,6 +123,7 @@ void measure_fragments(const Whole& whole, const Scene& scene, Result& result) {
              out_of_reach(whole, mask, tree, row, bond_spacing(whole.matter, scene, row));
     mass += f.mass;
     momentum += f.mass * f.v.dot(whole.flight);
+    failed_mass += f.mass * f.failed_fraction;
     if (f.lone) lone_mass += f.mass;
     if (f.cut_by_reach > 0.5) reach_mass += f.mass;
   }
@@ -132,6 +135,7 @@ void measure_fragments(const Whole& whole, const Scene& scene, Result& result) {
   if (mass <= 0) return;
   add(result, "fragments.largest_mass", fragments.front().mass, "kg");
   add(result, "fragments.lone_mass_fraction", lone_mass / mass, "");
+  add(result, "fragments.failed_mass_fraction", failed_mass / mass, "");
   if (!whole.matter.built.empty()) add(result, "fragments.reach_mass_fraction", reach_mass / mass, "");
 }
 

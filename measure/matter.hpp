@@ -68,6 +68,7 @@ struct Fragment {
   double projectile_fraction = 0;               ///< mass that came from the projectile [-]
   int n_points = 0;
   bool lone = false;                            ///< a single particle out of every kernel's reach
+  double failed_fraction = 0;                   ///< mass that has failed: powder, whatever piece it lies in [-]
   int links_cut = 0;                            ///< neighbours as built that are no longer of this piece
   double cut_by_reach = 0;                      ///< part of them cut though neither side had failed [-]
 };

@@ -229,7 +229,8 @@ def cost(run):
 def remark(run):
     s = run.summary()
     if run.state() == "ended":
-        return ""
+        log = run.dir / "log.txt"
+        return "resumed: cpu s of the last part only" if log.exists() and "resumed at" in log.read_text() else ""
     return f"{'stopped' if run.state() == 'stopped' else 'not finished'} at {1e6 * s['time']:.3g} us of {run.shot['end']}"
 
 
@@ -254,7 +255,7 @@ def heading(the_set, table):
         figures = ", ".join(f"{table['columns'][k].split(',')[0]} {v}" for k, v in shot.get("measured", {}).items() if k in table["columns"])
         if table["kind"] in ("values", "spread", "growth") and len(table["shots"]) > 1 or figures:
             lines.append(f"- {shot['title']}{': ' + figures if figures else ''}. {shot['source']}.")
-    return "\n".join(lines) + "\n\n"
+    return "\n".join(lines).rstrip() + "\n\n"
 
 
 def values(the_set, out, table):
@@ -335,7 +336,7 @@ def verdict(the_set, out, table):
                      "-" if is_open is None else "P" if is_open else "NP", "-" if is_open is None else "right" if right else "WRONG",
                      *(number(shown(got, k)) for k in table["columns"]), cost(run), remark(run)])
     tallies = "".join(f"- {mode}, {across} across: {a} of {b} right\n" for (mode, across), (a, b) in sorted(score.items()))
-    return tallies + "\n" + markdown(head, rows)
+    return (tallies + "\n" if tallies else "") + markdown(head, rows)
 
 
 def read_growth(name):

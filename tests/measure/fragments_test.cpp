@@ -105,6 +105,7 @@ TEST(Fragments, PiecesThatDrewApartAreToldFromPiecesThatBroke) {
       EXPECT_EQ(f.cut_by_reach, failed ? 0 : 1);
     }
     EXPECT_EQ(get(r, "fragments.reach_mass_fraction"), failed ? 0 : 1);
+    EXPECT_NEAR(get(r, "fragments.failed_mass_fraction"), failed ? 1.0 / 6 : 0, 1e-12);
   }
 }
 
