@@ -13,6 +13,8 @@
 #include "core/error.hpp"
 #include "core/parallel.hpp"
 #include "eos/hugoniot.hpp"
+#include "eos/wide_range.hpp"
+#include "io/atomic_file.hpp"
 #include "io/case_file.hpp"
 #include "io/material_file.hpp"
 
@@ -77,8 +79,8 @@ static int list_materials(const std::string& name) {
   return 0;
 }
 
-static int print_hugoniot(const std::string& name) {
-  const auto m = io::find_material(name);
+static int print_hugoniot(const std::string& name, const std::string& file) {
+  const auto m = file.empty() ? io::find_material(name) : io::find_material(name, file);
   fmt::print("# principal Hugoniot of {}, rho_0 = {:g} kg/m3\n", name, m.rho_0);
   fmt::print("{:>10} {:>10} {:>12} {:>12} {:>10} {:>12}\n", "up km/s", "Us km/s", "p GPa", "rho kg/m3", "T K", "e MJ/kg");
   for (double up = 250; up <= 8000; up += 250) {
@@ -89,12 +91,31 @@ static int print_hugoniot(const std::string& name) {
   return 0;
 }
 
+/// Writes the wide-range table of a metal and prints what a case says to use it.
+static int make_table(const std::string& name, const std::string& out, int number) {
+  const eos::Metal& metal = eos::find_metal(name);
+  const eos::WideRange model(metal);
+  eos::SesameMaterial table = model.table();
+  if (number > 0) table.number = number;
+  const std::string file = out.empty() ? name + ".ses" : out;
+  io::write_atomically(file, eos::sesame_text(table));
+  const auto& e = model.phase_energies();
+  const auto& g = table.grids.at(301);
+  fmt::print("# {}: {} densities {:.4g} to {:.4g} kg/m3, {} temperatures {:.4g} to {:.4g} K; {}\n", file, g.rho.size(), g.rho.front(),
+             g.rho.back(), g.T.size(), g.T.front(), g.T.back(), metal.source);
+  fmt::print("[materials.{}-table]\nrho_0 = \"{:g} kg/m3\"\neos = {{ model = \"sesame\", file = {}, number = {} }}\n", name, metal.rho_0,
+             io::toml_reader::toml_string(std::filesystem::path(file).filename().string()), table.number);
+  fmt::print("phase = {{ e_melt = \"{:.4g} MJ/kg\", e_melted = \"{:.4g} MJ/kg\", e_vapour = \"{:.4g} MJ/kg\", e_vaporised = \"{:.4g} MJ/kg\" }}\n",
+             e.melt * 1e-6, e.melted * 1e-6, e.vapour * 1e-6, e.vaporised * 1e-6);
+  return 0;
+}
+
 int command_line(int argc, char** argv) {
   CLI::App cli("Ejecta: hypervelocity impact with elements that become particles");
   cli.require_subcommand(1);
   Arguments a;
-  std::string material;
-  int code = 0;
+  std::string material, file;
+  int code = 0, number = 0;
   const auto case_options = [&](CLI::App* c) {
     c->add_option("CASE", a.target, "case file, or the folder that holds case.toml")->required();
     c->add_option("--mode", a.mode, "hybrid | erosion | fem | sph, in place of run.mode");
@@ -129,7 +150,15 @@ int command_line(int argc, char** argv) {
   c_materials->callback([&] { code = list_materials(material); });
   auto* c_hugoniot = cli.add_subcommand("hugoniot", "Hugoniot of a material");
   c_hugoniot->add_option("MATERIAL", material)->required();
-  c_hugoniot->callback([&] { code = print_hugoniot(material); });
+  c_hugoniot->add_option("--case", file, "case file whose [materials] are known as well");
+  c_hugoniot->callback([&] { code = print_hugoniot(material, file); });
+  auto* c_eos = cli.add_subcommand("eos", "tables of equations of state");
+  c_eos->require_subcommand(1);
+  auto* c_table = c_eos->add_subcommand("table", "write a wide-range SESAME table of a metal");
+  c_table->add_option("MATERIAL", material, fmt::format("{}", fmt::join(eos::metal_names(), " | ")))->required();
+  c_table->add_option("--out", file, "file to write (default: MATERIAL.ses)");
+  c_table->add_option("--number", number, "number of the material in the file")->check(CLI::Range(1, 999999));
+  c_table->callback([&] { code = make_table(material, file, number); });
   try {
     std::vector<std::string> names;
     for (const auto* c : cli.get_subcommands({})) names.push_back(c->get_name());

@@ -118,6 +118,30 @@ static double cold_deficit(const Simulation& s) {
          core::sum(p.size(), 0.0, [&](std::size_t i) { return missing(p.pt, i, p.body[i]); });
 }
 
+void check_tables(Simulation& s) {
+  s.off_table.resize(s.materials.size());
+  for (std::size_t k = 0; k < s.materials.size(); ++k) {
+    const auto* table = std::get_if<eos::Sesame>(&s.materials[k].eos);
+    if (!table || s.off_table[k]) continue;
+    const auto search = [&](const core::Points& pt, const auto& body, std::size_t n, const char* kind, auto&& present) {
+      std::size_t count = 0, first = n;
+      for (std::size_t i = n; i-- > 0;)
+        if (present(i) && s.mesh.body_material[body[i]] == static_cast<int>(k) && !eos::inside(*table, pt.rho[i], pt.e[i])) ++count, first = i;
+      if (count == 0 || s.off_table[k]) return;
+      s.off_table[k] = 1;
+      s.warnings.push_back(fmt::format(
+          "material '{}' has left its table ({}, number {}) at t = {:.6g} us, step {}: {} {} at rho = {:.5g} kg/m3, e = {:.5g} MJ/kg, {} of "
+          "them now; the table covers {}. The run goes on with the table's edge continued; use a table of wider range, or do not "
+          "rely on this matter",
+          s.materials[k].name, table->file, table->number, s.time * 1e6, s.steps, kind, first, pt.rho[first], pt.e[first] * 1e-6, count,
+          eos::range_text(*table, pt.rho[first])));
+    };
+    const auto& e = s.mesh.elements;
+    search(e.pt, e.body, e.size(), "element", [&](std::size_t i) { return e.alive[i] != 0; });
+    search(s.particles.pt, s.particles.body, s.particles.size(), "particle", [](std::size_t) { return true; });
+  }
+}
+
 void check_health(const Simulation& s) {
   const double kinetic = s.ledger.initial.kinetic;
   if (kinetic <= 0) return;

@@ -48,4 +48,7 @@ void account(Simulation& s);
 /// Slower checks (every few steps): energy below the cold curve, pressure beyond any shock, numbers that are not finite.
 void check_health(const Simulation& s);
 
+/// Adds a warning for each material with a tabular equation of state whose matter is off the table now, once a material.
+void check_tables(Simulation& s);
+
 }  // namespace app

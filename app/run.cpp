@@ -117,6 +117,14 @@ struct Output {
   io::SnapshotWriter snapshots;
   LineFile history, log;
   double last_row = -1;  ///< time of the last row of history [s]
+  std::size_t warnings_told = 0;
+
+  void tell_warnings(const Simulation& s) {
+    for (; warnings_told < s.warnings.size(); ++warnings_told) {
+      log.line("warning: " + s.warnings[warnings_told]);
+      fmt::print(stderr, "\nwarning: {}\n", s.warnings[warnings_told]);
+    }
+  }
 
   void add_history(const Simulation& s) {
     if (s.time == last_row) return;
@@ -137,6 +145,7 @@ static void advance_to_end(Simulation& s, Output& out) {
     choose_step(s, std::min(next_output, s.spec.end));
     step(s);
     if (s.steps % 10 == 0) freeze_clouds(s);
+    out.tell_warnings(s);
     progress.show(s);
     if (s.time >= next_history * (1 - 1e-12)) {
       out.add_history(s);

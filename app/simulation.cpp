@@ -158,6 +158,7 @@ void step(Simulation& s) {
   clock.mark(Stage::convert);
   app::account(s);                                                                       // 8                      n+1
   if (s.steps % 50 == 0) check_health(s);
+  if (s.steps % 10 == 0) check_tables(s);
   clock.mark(Stage::account);
 }
 

@@ -133,6 +133,7 @@ void write_summary(const std::string& dir, const Simulation& s, const measure::R
         {"contact_searches", s.contact.searches},
         {"stage_seconds", stages}}},
       {"not_needed", not_needed(s)},
+      {"warnings", s.warnings},
       {"contact", {{"leaks", s.contact.leaks}}},
       {"conservation", conservation(s)},
       {"measurements", measurements(s.spec, result)}};

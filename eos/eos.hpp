@@ -9,11 +9,12 @@
 #include "eos/ideal_gas.hpp"
 #include "eos/mie_grueneisen.hpp"
 #include "eos/polynomial.hpp"
+#include "eos/sesame.hpp"
 #include "eos/tillotson.hpp"
 
 namespace eos {
 
-using Eos = std::variant<IdealGas, Polynomial, MieGrueneisen, Tillotson>;
+using Eos = std::variant<IdealGas, Polynomial, MieGrueneisen, Tillotson, Sesame>;
 
 /// Derives what the models keep ready (reference isentrope, poles). Whoever builds or changes an equation of state calls
 /// it before the first state(). Throws core::CaseError where a parameter has no sense.
@@ -24,6 +25,7 @@ template <class T>
 State<T> state(const Eos& model, T rho, T e) {
   if (const auto* m = std::get_if<MieGrueneisen>(&model)) return state(*m, rho, e);
   if (const auto* m = std::get_if<Tillotson>(&model)) return state(*m, rho, e);
+  if (const auto* m = std::get_if<Sesame>(&model)) return state(*m, rho, e);
   if (const auto* m = std::get_if<Polynomial>(&model)) return state(*m, rho, e);
   return state(*std::get_if<IdealGas>(&model), rho, e);
 }

@@ -429,7 +429,7 @@ Case read_tree(const Node& root, const std::string& file) {
   Case c;
   c.file = file;
   top.read("title", c.title);
-  const Materials materials(root.find("materials"));
+  const Materials materials(root.find("materials"), folder);
   read_run(root, c);
   read_bodies(root, materials, folder, c);
   read_walls(root, c);

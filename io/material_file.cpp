@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <filesystem>
 #include <variant>
 
 #include "core/error.hpp"
@@ -43,6 +44,7 @@ const char* model_name(const eos::IdealGas&) { return "ideal_gas"; }
 const char* model_name(const eos::Polynomial&) { return "polynomial"; }
 const char* model_name(const eos::MieGrueneisen&) { return "mie_grueneisen"; }
 const char* model_name(const eos::Tillotson&) { return "tillotson"; }
+const char* model_name(const eos::Sesame&) { return "sesame"; }
 const char* model_name(const material::NoStrength&) { return "none"; }
 const char* model_name(const material::PerfectlyPlastic&) { return "perfectly_plastic"; }
 const char* model_name(const material::JohnsonCook&) { return "johnson_cook"; }
@@ -90,6 +92,7 @@ Fields fields(eos::Tillotson& s) {
           {"cv", &s.cv, Dimension::specific_heat, positive},
           {"T_0", &s.T_0, Dimension::temperature, positive, optional_field}};
 }
+Fields fields(eos::Sesame& s) { return {{"T_0", &s.T_0, Dimension::temperature, positive, optional_field}}; }
 Fields fields(material::NoStrength&) { return {}; }
 Fields fields(material::PerfectlyPlastic& s) {
   return {{"G", &s.G, Dimension::pressure, positive}, {"Y", &s.Y, Dimension::pressure, not_negative}};
@@ -153,6 +156,11 @@ void check_model(const material::SteinbergGuinan& s, const Table& t) {
   if (s.Y_max < s.Y_0) t.fail("Y_max", fmt::format("must not be below Y_0 ({:g} Pa)", s.Y_0));
 }
 
+/// What a model has beside numbers.
+template <class Model>
+std::vector<std::string> other_keys(const Model&) { return {"model"}; }
+std::vector<std::string> other_keys(const eos::Sesame&) { return {"model", "file", "number"}; }
+
 std::vector<std::string> keys_of(const Fields& all, std::vector<std::string> keys) {
   for (const Field& f : all) keys.push_back(f.key);
   keys.insert(keys.end(), {"source", "note"});
@@ -176,10 +184,29 @@ void read_fields(const Table& table, const Node& group, const std::string& name,
 }
 
 template <class Model>
+void read_others(const Table&, const Node&, const std::string&, material::Material&, Model&) {}
+void read_others(const Table& table, const Node& group, const std::string& name, material::Material& m, eos::Sesame& s) {
+  s.file = table.text("file");
+  s.number = table.integer("number", 1, 99999999);
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(s.file, ignored)) table.fail("file", fmt::format("there is no file {}", s.file));
+  for (const char* key : {"file", "number"}) {
+    const Node& node = *group.find(key);
+    m.constants.push_back({name + "." + key, node.text, node.source});
+  }
+}
+
+std::string others_as_toml(const auto&) { return ""; }
+std::string others_as_toml(const eos::Sesame& s) {
+  return fmt::format("file = {}\nnumber = {}\n", toml_reader::toml_string(s.file), s.number);
+}
+
+template <class Model>
 void read_model(const Node& group, const std::string& path, const std::string& name, material::Material& m, Model& model) {
   const Fields all = fields(model);
-  const Table table(group, path, keys_of(all, {"model"}));
+  const Table table(group, path, keys_of(all, other_keys(model)));
   m.constants.push_back({name + ".model", model_name(model), group.find("model")->source});
+  read_others(table, group, name, m, model);
   read_fields(table, group, name, all, m);
   check_model(model, table);
   if constexpr (requires { model.rho_0; }) {
@@ -343,15 +370,16 @@ std::string source_as_toml(const material::Material& m, const std::string& group
   return fmt::format("source = {}\n", toml_reader::toml_string(fmt::format("{}", fmt::join(sources, "; "))));
 }
 
-std::string group_as_toml(const material::Material& m, const std::string& group, const char* model, const Fields& all) {
+std::string group_as_toml(const material::Material& m, const std::string& group, const char* model, const Fields& all,
+                          const std::string& others = "") {
   std::string text = fmt::format("\n[materials.{}.{}]\n", toml_reader::as_key(m.name), group);
   if (*model) text += fmt::format("model = \"{}\"\n", model);
-  return text + fields_as_toml(all) + source_as_toml(m, group);
+  return text + others + fields_as_toml(all) + source_as_toml(m, group);
 }
 
 }  // namespace
 
-Materials::Materials(const Node* own) {
+Materials::Materials(const Node* own, const std::string& folder) {
   if (!own) return;
   if (!own->is_table()) toml_reader::fail(own->where, "materials", "must be tables [materials.NAME]");
   own_ = *own;
@@ -359,6 +387,10 @@ Materials::Materials(const Node* own) {
     if (!table.is_table())
       toml_reader::fail(table.where, "materials." + name, "must be a table: [materials." + toml_reader::as_key(name) + "]");
     stamp_sources(table);
+    Node* eos = table.find("eos");
+    Node* file = eos ? eos->find("file") : nullptr;
+    if (file && file->kind == Node::Kind::text)
+      file->text = std::filesystem::absolute(std::filesystem::path(folder) / file->text).lexically_normal().string();
   }
 }
 
@@ -403,13 +435,18 @@ std::vector<std::string> Materials::names() const {
 
 material::Material find_material(const std::string& name) { return Materials().find(name); }
 
+material::Material find_material(const std::string& name, const std::string& file) {
+  const Node root = toml_reader::parse_file(file);
+  return Materials(root.find("materials"), std::filesystem::path(file).parent_path().string()).find(name);
+}
+
 std::vector<std::string> material_names() { return Materials().names(); }
 
 std::string write_material(const material::Material& m) {
   material::Material copy = m;  // fields() points into what it is given
   std::string text = fmt::format("[materials.{}]\nrho_0 = {}\n{}", toml_reader::as_key(m.name),
                                  core::exact_decimal(m.rho_0), source_as_toml(m, ""));
-  std::visit([&](auto& s) { text += group_as_toml(m, "eos", model_name(s), fields(s)); }, copy.eos);
+  std::visit([&](auto& s) { text += group_as_toml(m, "eos", model_name(s), fields(s), others_as_toml(s)); }, copy.eos);
   std::visit([&](auto& s) { text += group_as_toml(m, "strength", model_name(s), fields(s)); }, copy.strength);
   if (copy.damage) text += group_as_toml(m, "damage", model_name(*copy.damage), fields(*copy.damage));
   if (m.spall < absent) text += group_as_toml(m, "spall", "", spall_fields(copy));

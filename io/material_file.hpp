@@ -15,14 +15,17 @@ namespace io {
 /// A material of the library. Throws CaseError with the nearest names.
 material::Material find_material(const std::string& name);
 
+/// The same, where the [materials] of a file may add to the library.
+material::Material find_material(const std::string& name, const std::string& file);
+
 /// Names in the library, in its order.
 std::vector<std::string> material_names();
 
 /// Materials of a case: its own first, then the library's.
 class Materials {
  public:
-  /// `own` is the case's [materials] table, or null.
-  explicit Materials(const toml_reader::Node* own = nullptr);
+  /// `own` is the case's [materials] table, or null; files that it names are relative to `folder`.
+  explicit Materials(const toml_reader::Node* own = nullptr, const std::string& folder = "");
 
   bool has(const std::string& name) const;
   material::Material find(const std::string& name) const;
