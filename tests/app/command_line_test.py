@@ -452,6 +452,82 @@ class FullDisk(Folder):
             subprocess.run(["umount", disk])
 
 
+class Tables(Folder):
+    """`ejecta eos table` and a run on what it wrote."""
+
+    MATERIAL = """
+[materials.al]
+base = "Al2024-T351"
+eos = { model = "sesame", file = "al.ses", number = 77 }
+"""
+
+    made = None  # the table and what was printed, once for all tests
+
+    def setUp(self):
+        super().setUp()
+        if not Tables.made:
+            r = self.ejecta("eos", "table", "Al", "--out", "al.ses", "--number", "77")
+            self.assertEqual(r.returncode, 0, r.stderr)
+            self.assertIn('eos = { model = "sesame", file = "al.ses", number = 77 }', r.stdout)
+            with open(os.path.join(self.dir, "al.ses")) as f:
+                Tables.made = f.read()
+        self.write("al.ses", Tables.made)
+        text = CASE.replace('material = "Al2024-T351"', 'material = "al"').replace("0.4 us", "0.1 us").replace('"hybrid"', '"fem"')
+        self.case = self.write("case.toml", text + self.MATERIAL)
+
+    def cooled(self, highest):
+        """al.ses without the isotherms above a temperature [K]."""
+        lines = Tables.made.splitlines()
+        at = next(i for i, line in enumerate(lines) if line[8:14].strip() == "301")
+        count = int(lines[at][14:20])
+        words = [line[k:k + 15] for line in lines[at + 1:at + 1 + (count + 4) // 5] for k in range(0, 75, 15)][:count]
+        n, k = int(float(words[0])), int(float(words[1]))
+        keep = sum(float(t) <= highest for t in words[2 + n:2 + n + k])
+        part = [words[2 + n + k + b * n * k:][:n * keep] for b in range(3)]
+        new = [f"{n:15.8E}", f"{keep:15.8E}", *words[2:2 + n], *words[2 + n:2 + n + keep], *part[0], *part[1], *part[2]]
+        cards = ["".join(new[i:i + 5]).ljust(75) + "11111" for i in range(0, len(new), 5)]
+        header = lines[at][:14] + f"{len(new):6d}" + lines[at][20:]
+        self.write("al.ses", "\n".join(lines[:at] + [header] + cards + [" 2"]) + "\n")
+
+    def test_hugoniot(self):
+        r = self.ejecta("hugoniot", "al", "--case", "case.toml")
+        self.assertEqual(r.returncode, 0, r.stderr)
+        row = next(line.split() for line in r.stdout.splitlines() if line.split()[0] == "4.000")
+        # Us = 5350 + 1.34 up of the table's 2700 kg/m3, scaled to 2785: Us' = sqrt(k) ..., k = 2700/2785, up' = up/sqrt(k)
+        k = 2700 / 2785
+        Us = k ** 0.5 * (5350 + 1.34 * 4000 / k ** 0.5)
+        self.assertAlmostEqual(float(row[2]), 2785 * Us * 4000e-9, delta=0.01 * float(row[2]))
+
+    def test_run_on_the_table(self):
+        r = self.ejecta("run", "case.toml", "--out", self.out)
+        self.assertEqual(r.returncode, 0, r.stdout + r.stderr)
+        self.assertEqual(self.summary(self.out)["warnings"], [])
+        r = self.ejecta("check", os.path.join(self.out, "case.toml"))  # the resolved case finds its table
+        self.assertEqual(r.returncode, 0, r.stdout + r.stderr)
+
+    def test_leaving_the_table_is_told_once(self):
+        self.cooled(1000)
+        r = self.ejecta("run", "case.toml", "--out", self.out)
+        self.assertEqual(r.returncode, 0, r.stdout + r.stderr)
+        said = self.summary(self.out)["warnings"]
+        self.assertEqual(len(said), 1, said)
+        for part in ("material 'al' has left its table", "number 77", "rho = ", "e = ", "the table covers"):
+            self.assertIn(part, said[0])
+        with open(os.path.join(self.out, "log.txt")) as f:
+            self.assertEqual(f.read().count("warning: "), 1)
+        self.assertIn("warning: material 'al'", r.stderr)
+
+    def test_errors(self):
+        self.write("case.toml", CASE + self.MATERIAL.replace("number = 77", "number = 78"))
+        r = self.ejecta("check", "case.toml")
+        self.assertEqual(r.returncode, 2)
+        for part in ("case.toml:", "al.ses:", "material 78", "valid: 77"):
+            self.assertIn(part, r.stderr)
+        r = self.ejecta("eos", "table", "Xx")
+        self.assertEqual(r.returncode, 2)
+        self.assertIn("valid: Al, Cu, Fe, Ti", r.stderr)
+
+
 if __name__ == "__main__":
     PROGRAM = os.path.abspath(sys.argv[1])
     unittest.main(argv=[sys.argv[0], *sys.argv[2:]], verbosity=2)

@@ -6,8 +6,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/error.hpp"
+#include "io/atomic_file.hpp"
+#include "tests/io/temporary_folder.hpp"
 
 namespace {
 
@@ -177,6 +180,42 @@ TEST(MaterialFile, WrittenMaterialReadsBackToTheSame) {
     EXPECT_EQ(io::write_material(back), once) << name;
     EXPECT_EQ(back.rho_0, io::find_material(name).rho_0);
   }
+}
+
+TEST(MaterialFile, TableIsFoundBesideTheCaseAndWrittenWithItsFullPath) {
+  const test::TemporaryFolder folder;
+  eos::SesameGrid g;  // p = K (rho/rho_n - 1) + 2 rho cv T, e = its cold work + cv T
+  for (double eta = 0.1; eta < 3; eta += 0.05) g.rho.push_back(eta * 2700);
+  for (double T = 10; T < 1e4; T *= 1.5) g.T.push_back(T);
+  for (const double T : g.T)
+    for (const double rho : g.rho) {
+      const double eta = rho / 2700;
+      g.p.push_back(76e9 * (eta - 1) + 2 * rho * 900 * T);
+      g.e.push_back(76e9 / 2700 * (std::log(eta) + 1 / eta - 1) + 900 * T);
+    }
+  eos::SesameMaterial source;
+  source.number = 7, source.Z = 13, source.A = 27, source.rho_0 = 2700;
+  source.grids[301] = g;
+  io::write_atomically(folder / "al.ses", eos::sesame_text(source));
+  const std::string text = "[materials.x]\nrho_0 = 2660\neos = { model = \"sesame\", file = \"al.ses\", number = 7, T_0 = \"300 K\" }\n";
+  const Node root = io::toml_reader::parse_text(text, "case.toml");
+  const auto m = io::Materials(root.find("materials"), folder.path.string()).find("x");
+  const auto& s = std::get<eos::Sesame>(m.eos);
+  EXPECT_EQ(s.file, folder / "al.ses");
+  EXPECT_EQ(s.T_0, 300);
+  EXPECT_NEAR(eos::state(m.eos, 2660.0, 0.0).p, 0, 1e6);
+  // written out, it is found from anywhere
+  const Node again = io::toml_reader::parse_text(io::write_material(m), "written.toml");
+  const auto back = std::get<eos::Sesame>(io::Materials(again.find("materials"), "/elsewhere").find("x").eos);
+  EXPECT_EQ(back.file, s.file);
+  EXPECT_EQ(back.number, 7);
+  EXPECT_EQ(eos::state(back, 3000.0, 1e6).p, eos::state(s, 3000.0, 1e6).p);
+}
+
+TEST(MaterialFile, TableThatIsNotThereIsNamed) {
+  expect_parts(error_of("[materials.x]\nrho_0 = 2700\neos = { model = \"sesame\", file = \"no.ses\", number = 7 }\n"),
+               {"case.toml:3", "materials.x.eos.file", "there is no file", "no.ses"});
+  expect_parts(error_of("[materials.x]\nrho_0 = 2700\neos = { model = \"sesame\", number = 7 }\n"), {"case.toml:3", "file"});
 }
 
 }  // namespace
