@@ -472,7 +472,7 @@ eos = { model = "sesame", file = "al.ses", number = 77 }
             with open(os.path.join(self.dir, "al.ses")) as f:
                 Tables.made = f.read()
         self.write("al.ses", Tables.made)
-        text = CASE.replace('material = "Al2024-T351"', 'material = "al"').replace("0.4 us", "0.1 us").replace('"hybrid"', '"fem"')
+        text = CASE.replace('material = "Al2024-T351"', 'material = "al"').replace("0.4 us", "0.1 us")
         self.case = self.write("case.toml", text + self.MATERIAL)
 
     def cooled(self, highest):
