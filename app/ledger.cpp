@@ -128,7 +128,8 @@ void check_tables(Simulation& s) {
       for (std::size_t i = n; i-- > 0;)
         if (present(i) && s.mesh.body_material[body[i]] == static_cast<int>(k) && !eos::inside(*table, pt.rho[i], pt.e[i])) ++count, first = i;
       if (count == 0 || s.off_table[k]) return;
-      s.off_table[k] = 1;
+      for (std::size_t j = 0; j < s.materials.size(); ++j)  // bodies may share it
+        if (s.materials[j].name == s.materials[k].name) s.off_table[j] = 1;
       s.warnings.push_back(fmt::format(
           "material '{}' has left its table ({}, number {}) at t = {:.6g} us, step {}: {} {} at rho = {:.5g} kg/m3, e = {:.5g} MJ/kg, {} of "
           "them now; the table covers {}. The run goes on with the table's edge continued; use a table of wider range, or do not "
