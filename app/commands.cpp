@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <thread>
 
+#include "app/bench.hpp"
 #include "app/run.hpp"
 #include "app/setup.hpp"
 #include "core/error.hpp"
@@ -130,6 +131,19 @@ int command_line(int argc, char** argv) {
   auto* c_hugoniot = cli.add_subcommand("hugoniot", "Hugoniot of a material");
   c_hugoniot->add_option("MATERIAL", material)->required();
   c_hugoniot->callback([&] { code = print_hugoniot(material); });
+  BenchRequest timing;
+  auto* c_bench = cli.add_subcommand("bench", "rates of the kernels on this machine");
+  c_bench->add_option("KERNEL", timing.kernel, "hex | sph | octree | all (default)")->check(CLI::IsMember({"hex", "sph", "octree", "all"}));
+  c_bench->add_option("--size", timing.size, "hex: elements along an edge (60); sph, octree: number of particles (50000), points (1000000); "
+                                             "all: along an edge, of each")
+      ->check(CLI::Range(1, 100000000));
+  c_bench->add_option("--points", timing.points, "octree: file of float32 x y z radius, point after point");
+  c_bench->add_option("--threads", a.threads, "number of threads (default: all)")->check(CLI::Range(1, 1024));
+  c_bench->add_option("--json", timing.json, "file for the rates, machine and spread");
+  c_bench->callback([&] {
+    use_threads(a.threads);
+    bench(timing);
+  });
   try {
     std::vector<std::string> names;
     for (const auto* c : cli.get_subcommands({})) names.push_back(c->get_name());
