@@ -22,7 +22,7 @@ using Index = const std::int32_t (*)[8];
 static Index nodes_of(const Elements& e, std::size_t el) { return reinterpret_cast<Index>(e.node[el].data()); }
 
 /// A node array at corner i of W consecutive elements.
-static void gather_corner(Index node, int i, const double* a, Real out[3]) {
+[[gnu::always_inline]] static inline void gather_corner(Index node, int i, const double* a, Real out[3]) {
   const double* at[W];
   for (int l = 0; l < W; ++l) at[l] = a + 3 * static_cast<std::size_t>(node[l][i]);
   core::load_vectors<W>(at, out);
@@ -203,12 +203,37 @@ static double update_pack(const Context& k, std::size_t el) {
   return sum;
 }
 
+/// Asks for a block's rows ahead of its turn: they lie in more arrays than the processor follows by itself.
+static void fetch_block(const Elements& e, std::size_t block) {
+  const std::size_t el = block * block_size;
+  const auto fetch = [](const double* a) { __builtin_prefetch(a, 1); };
+  for (const auto* a : {&e.pt.m, &e.pt.rho, &e.pt.e, &e.pt.p, &e.pt.q, &e.pt.c, &e.pt.T, &e.pt.eps_p, &e.pt.damage, &e.pt.p_max, &e.volume_0, &e.deformation, &e.dt})
+    fetch(a->data() + el);
+  for (const auto& s : e.pt.s) fetch(s.data() + el);
+  for (int k = 0; k < 24; ++k) fetch(&e.corner_force[corner_index(el, 0, 0)] + static_cast<std::size_t>(k) * block_size);
+  for (std::size_t k = 0; k < block_size; k += 2) __builtin_prefetch(e.node[el + k].data());
+}
+
+/// The same for the block's nodes; between them these corners of eight elements in Morton order meet nearly all.
+static void fetch_nodes(const Elements& e, const Nodes& n, std::size_t block) {
+  for (std::size_t el = block * block_size; el < (block + 1) * block_size; ++el)
+    for (const std::size_t i : {0, 2, 5, 7}) {
+      const auto nd = static_cast<std::size_t>(e.node[el][i]);
+      __builtin_prefetch(&n.v_mean[nd]);
+      __builtin_prefetch(&n.x[nd]);
+      __builtin_prefetch(&n.v[nd]);
+    }
+}
+
 ElementSums update_elements(Mesh& mesh, const material::Material& material, const ElementSettings& settings,
                             const StepTimes& times, std::span<const std::uint32_t> blocks) {
   const Context k{mesh, material, settings, times};
   ElementSums sums;
-  for (const std::uint32_t b : blocks)
-    for (std::size_t part = 0; part < block_size; part += W) sums.hourglass += update_pack(k, b * block_size + part);
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    if (b + 2 < blocks.size()) fetch_block(mesh.elements, blocks[b + 2]);
+    if (b + 1 < blocks.size()) fetch_nodes(mesh.elements, mesh.nodes, blocks[b + 1]);
+    for (std::size_t part = 0; part < block_size; part += W) sums.hourglass += update_pack(k, blocks[b] * block_size + part);
+  }
   return sums;
 }
 
