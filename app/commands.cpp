@@ -8,6 +8,8 @@
 #include <filesystem>
 #include <thread>
 
+#include "app/bench.hpp"
+#include "app/cost.hpp"
 #include "app/run.hpp"
 #include "app/setup.hpp"
 #include "core/error.hpp"
@@ -42,6 +44,7 @@ static int run_case(const Arguments& a) {
 }
 
 static int check_case(const Arguments& a) {
+  use_threads(a.threads);
   const io::Case spec = io::read_case(a.target, a.set, a.mode);
   const Estimate cost = estimate(spec);
   const core::Symmetry symmetry = find_symmetry(spec);
@@ -55,13 +58,17 @@ static int check_case(const Arguments& a) {
              : spec.mode == io::Mode::erosion ? "erosion"
              : spec.mode == io::Mode::sph     ? "particles from the start"
                                               : "elements only");
-  double dt = 1e300;
   begin(*s);
+  double dt = 1e300;
   for (const double d : s->mesh.elements.dt) dt = std::min(dt, d);
   for (const double d : s->particles.dt) dt = std::min(dt, d);
-  const double steps = spec.end / (spec.cfl * dt);
-  fmt::print("# cost: {} elements, first step {:.3g} ns, about {:.0f} steps, {:.2f} GiB\n", s->n_elements_initial,
-             spec.cfl * dt * 1e9, steps, cost.bytes / (1 << 30));
+  const Cost c = predict_cost(*s);
+  fmt::print("# cost: {} elements, first full step {:.3g} ns, about {:.0f} steps, {:.0f} particles at the end\n", s->n_elements_initial,
+             spec.cfl * dt * 1e9, c.steps, c.particles);
+  fmt::print("# cost: about {:.3g} s with {} thread{} (elements {:.0f} %, particles {:.0f} %, contact {:.0f} %), {:.2f} GiB of {:.1f} GiB free\n",
+             c.seconds, core::threads(), core::threads() == 1 ? "" : "s", 100 * c.elements_seconds / c.seconds,
+             100 * c.particles_seconds / c.seconds, 100 * c.contact_seconds / c.seconds, c.bytes / (1 << 30), cost.available / (1 << 30));
+  fmt::print("# cost: from the same case {} across, {:.0f} % of its time, {:.1f} s\n", c.pilot_across, 100 * c.pilot_part, c.pilot_seconds);
   return 0;
 }
 
@@ -159,6 +166,19 @@ int command_line(int argc, char** argv) {
   c_table->add_option("--out", file, "file to write (default: MATERIAL.ses)");
   c_table->add_option("--number", number, "number of the material in the file")->check(CLI::Range(1, 999999));
   c_table->callback([&] { code = make_table(material, file, number); });
+  BenchRequest timing;
+  auto* c_bench = cli.add_subcommand("bench", "rates of the kernels on this machine");
+  c_bench->add_option("KERNEL", timing.kernel, "hex | sph | octree | all (default)")->check(CLI::IsMember({"hex", "sph", "octree", "all"}));
+  c_bench->add_option("--size", timing.size, "hex: elements along an edge (60); sph, octree: number of particles (50000), points (1000000); "
+                                             "all: along an edge, of each")
+      ->check(CLI::Range(1, 100000000));
+  c_bench->add_option("--points", timing.points, "octree: file of float32 x y z radius, point after point");
+  c_bench->add_option("--threads", a.threads, "number of threads (default: all)")->check(CLI::Range(1, 1024));
+  c_bench->add_option("--json", timing.json, "file for the rates, machine and spread");
+  c_bench->callback([&] {
+    use_threads(a.threads);
+    bench(timing);
+  });
   try {
     std::vector<std::string> names;
     for (const auto* c : cli.get_subcommands({})) names.push_back(c->get_name());

@@ -92,6 +92,12 @@ Pack<W> select(Mask<W> m, Pack<W> a, double b) { return select(m, a, Pack<W>(b))
 inline bool any(bool m) { return m; }
 template <int W>
 bool any(Mask<W> m) {
+#ifdef __AVX512F__
+  if constexpr (W == 8) return _mm512_test_epi64_mask((__m512i)m.m, (__m512i)m.m) != 0;
+#endif
+#ifdef __AVX__
+  if constexpr (W == 4) return _mm256_movemask_pd((__m256d)m.m) != 0;
+#endif
   std::int64_t r = 0;
   for (int i = 0; i < W; ++i) r |= m.m[i];
   return r != 0;
@@ -136,6 +142,41 @@ T load(const double* a) {
 }
 template <class T>
 void store(double* a, T v) { std::memcpy(a, &v, sizeof(T)); }
+
+/// Three-vectors at W places, turned round: lane l of out[d] is at[l][d]. Reads nothing beyond the three.
+template <int W>
+void load_vectors(const double* const at[W], Pack<W> out[3]) {
+#ifdef __AVX512VL__
+  if constexpr (W == 8) {
+    // Lanes l and l + 2 share a register, so that the two transpositions below leave lanes in order.
+    const auto pair = [&](int l, int k) {
+      return _mm512_insertf64x4(_mm512_castpd256_pd512(_mm256_maskz_loadu_pd(7, at[l])), _mm256_maskz_loadu_pd(7, at[k]), 1);
+    };
+    const __m512d a = pair(0, 2), b = pair(1, 3), c = pair(4, 6), d = pair(5, 7);
+    const __m512d xz_low = _mm512_unpacklo_pd(a, b), y_low = _mm512_unpackhi_pd(a, b);
+    const __m512d xz_high = _mm512_unpacklo_pd(c, d), y_high = _mm512_unpackhi_pd(c, d);
+    out[0] = Pack<W>((typename Pack<W>::Real)_mm512_shuffle_f64x2(xz_low, xz_high, 0x88));
+    out[1] = Pack<W>((typename Pack<W>::Real)_mm512_shuffle_f64x2(y_low, y_high, 0x88));
+    out[2] = Pack<W>((typename Pack<W>::Real)_mm512_shuffle_f64x2(xz_low, xz_high, 0xdd));
+    return;
+  }
+#endif
+#ifdef __AVX__
+  if constexpr (W == 4) {
+    const __m256i three = _mm256_setr_epi64x(-1, -1, -1, 0);
+    const __m256d a = _mm256_maskload_pd(at[0], three), b = _mm256_maskload_pd(at[1], three),
+                  c = _mm256_maskload_pd(at[2], three), d = _mm256_maskload_pd(at[3], three);
+    const __m256d xz_low = _mm256_unpacklo_pd(a, b), y_low = _mm256_unpackhi_pd(a, b);
+    const __m256d xz_high = _mm256_unpacklo_pd(c, d), y_high = _mm256_unpackhi_pd(c, d);
+    out[0] = Pack<W>((typename Pack<W>::Real)_mm256_permute2f128_pd(xz_low, xz_high, 0x20));
+    out[1] = Pack<W>((typename Pack<W>::Real)_mm256_permute2f128_pd(y_low, y_high, 0x20));
+    out[2] = Pack<W>((typename Pack<W>::Real)_mm256_permute2f128_pd(xz_low, xz_high, 0x31));
+    return;
+  }
+#endif
+  for (int l = 0; l < W; ++l)
+    for (int d = 0; d < 3; ++d) out[d].v[l] = at[l][d];
+}
 
 /// One lane of a number that may be a plain double.
 inline double lane(double a, int) { return a; }

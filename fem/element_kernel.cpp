@@ -3,6 +3,7 @@
 #include "fem/element_kernel.hpp"
 
 #include <cmath>
+#include <cstring>
 
 #include "core/isa.hpp"
 #include "core/lane_math.hpp"
@@ -15,23 +16,28 @@ using Real = core::Pack<core::native_lanes>;
 constexpr int W = core::native_lanes;
 static_assert(block_size % W == 0);
 
-/// Corners of W consecutive elements.
-static void gather_lanes(const std::int32_t (*node)[8], const double* a, Corners<Real>& c) {
-  alignas(64) double buffer[24][W];
-  for (int l = 0; l < W; ++l)
-    for (int i = 0; i < 8; ++i) {
-      const double* p = a + 3 * static_cast<std::size_t>(node[l][i]);
-      for (int d = 0; d < 3; ++d) buffer[i * 3 + d][l] = p[d];
-    }
-  for (int i = 0; i < 8; ++i)
-    for (int d = 0; d < 3; ++d) c.c[i][d] = core::load<Real>(buffer[i * 3 + d]);
+using Index = const std::int32_t (*)[8];
+
+/// The eight corners' nodes of W consecutive elements.
+static Index nodes_of(const Elements& e, std::size_t el) { return reinterpret_cast<Index>(e.node[el].data()); }
+
+/// A node array at corner i of W consecutive elements.
+[[gnu::always_inline]] static inline void gather_corner(Index node, int i, const double* a, Real out[3]) {
+  const double* at[W];
+  for (int l = 0; l < W; ++l) at[l] = a + 3 * static_cast<std::size_t>(node[l][i]);
+  core::load_vectors<W>(at, out);
 }
 
-/// Work that the corner forces did on the nodes: sum of f . v [W].
-static Real corner_power(const double* force, const Corners<Real>& v) {
+/// Positions and velocities of the corners; returns the power of the corner forces of time n, sum of f . v_mean [W].
+static Real gather_motion(Index node, const Nodes& n, const double* force, Corners<Real>& x, Corners<Real>& v) {
   Real power(0.0);
-  for (int i = 0; i < 8; ++i)
-    for (int d = 0; d < 3; ++d) power += core::load<Real>(force + (i * 3 + d) * block_size) * v.c[i][d];
+  for (int i = 0; i < 8; ++i) {
+    Real mean[3];
+    gather_corner(node, i, n.v_mean[0].data(), mean);
+    for (int d = 0; d < 3; ++d) power += core::load<Real>(force + (i * 3 + d) * block_size) * mean[d];
+    gather_corner(node, i, n.x[0].data(), x.c[i]);
+    gather_corner(node, i, n.v[0].data(), v.c[i]);
+  }
   return power;
 }
 
@@ -58,12 +64,9 @@ static void store_point(core::Points& pt, std::size_t el, const material::Point<
   core::store(&pt.p_max[el], core::max(r.p, core::load<Real>(&pt.p_max[el])));
 }
 
-/// Hourglass forces, subtracted from the corner forces f; returns their power [W].
-static Real add_hourglass(const ElementSettings& set, const StepTimes& times, const Corners<Real>& x,
-                          const Corners<Real>& v, const Gradient<Real>& g, Real inverse_volume, Real mass, Real rho_c,
-                          Real c, Real length, double* stored, Real f[8][3]) {
-  Real gamma[4][8];
-  hourglass_shape(x, g, inverse_volume, gamma);
+/// Forces of the hourglass modes [mode][direction]; returns their power [W].
+static Real hourglass_forces(const ElementSettings& set, const StepTimes& times, Real mass, Real rho_c, Real c, Real length,
+                             const Real rate[4][3], double* stored, Real force[4][3]) {
   // A mode of amplitude u at every corner has the rate 8 u and feels a force of 8 k u against a mass of m / 8: the
   // viscous form stays stable below m / (64 dt) and is held to half of that.
   const Real viscous = core::min(Real(set.hourglass / 4) * rho_c * length * length,
@@ -72,22 +75,34 @@ static Real add_hourglass(const ElementSettings& set, const StepTimes& times, co
   Real power(0.0);
   for (int a = 0; a < 4; ++a)
     for (int d = 0; d < 3; ++d) {
-      Real rate(0.0);
-      for (int i = 0; i < 8; ++i) rate += gamma[a][i] * v.c[i][d];
-      Real force;
       if (set.hourglass_stiffness) {
         double* q = stored + (a * 3 + d) * block_size;
         const Real old = core::load<Real>(q);
-        force = old + stiffness * rate;
-        core::store(q, force);
-        power += Real(0.5) * (old + force) * rate;
+        force[a][d] = old + stiffness * rate[a][d];
+        core::store(q, force[a][d]);
+        power += Real(0.5) * (old + force[a][d]) * rate[a][d];
       } else {
-        force = viscous * rate;
-        power += force * rate;
+        force[a][d] = viscous * rate[a][d];
+        power += force[a][d] * rate[a][d];
       }
-      for (int i = 0; i < 8; ++i) f[i][d] -= force * gamma[a][i];
     }
   return power;
+}
+
+/// Corner forces of the stress [xx yy zz xy yz zx] and of the hourglass modes: f_iI = -s_ij B_jI - Q_ai gamma_aI. What gamma
+/// takes from B adds to the stress, so the shape vectors are never formed.
+static void corner_forces(const Real stress[6], const Gradient<Real>& g, const Real mode[4][3], const Real position[4][3],
+                          Real inverse_volume, Real f[8][3]) {
+  constexpr int at[3][3] = {{core::xx, core::xy, core::zx}, {core::xy, core::yy, core::yz}, {core::zx, core::yz, core::zz}};
+  for (int d = 0; d < 3; ++d) {
+    Real t[3];
+    for (int j = 0; j < 3; ++j)
+      t[j] = stress[at[d][j]] - inverse_volume * (mode[0][d] * position[0][j] + mode[1][d] * position[1][j] +
+                                                  mode[2][d] * position[2][j] + mode[3][d] * position[3][j]);
+    for (int i = 0; i < 8; ++i) f[i][d] = -(t[0] * g.b[i][0] + t[1] * g.b[i][1] + t[2] * g.b[i][2]);
+    const Real q[4] = {mode[0][d], mode[1][d], mode[2][d], mode[3][d]};
+    subtract_modes(q, d, f);
+  }
 }
 
 struct Context {
@@ -101,15 +116,15 @@ struct Context {
 static double update_pack(const Context& k, std::size_t el) {
   Elements& e = k.mesh.elements;
   const Nodes& n = k.mesh.nodes;
-  const std::int32_t(*node)[8] = reinterpret_cast<const std::int32_t(*)[8]>(e.node[el].data());
-  alignas(64) double alive_lane[W];
-  bool any_alive = false;
+  alignas(64) std::int64_t alive_lane[W];
+  std::int64_t any_alive = 0;
   for (int l = 0; l < W; ++l) {
-    alive_lane[l] = e.alive[el + static_cast<std::size_t>(l)];
-    any_alive = any_alive || alive_lane[l] != 0;
+    alive_lane[l] = -static_cast<std::int64_t>(e.alive[el + static_cast<std::size_t>(l)]);
+    any_alive |= alive_lane[l];
   }
   if (!any_alive) return 0;
-  const auto alive = core::load<Real>(alive_lane) > Real(0.5);
+  core::Mask<W> alive;
+  std::memcpy(&alive.m, alive_lane, sizeof alive.m);
 
   double* force = &e.corner_force[corner_index(el, 0, 0)];
   const Real mass = core::load<Real>(&e.pt.m[el]), volume_0 = core::load<Real>(&e.volume_0[el]);
@@ -118,12 +133,10 @@ static double update_pack(const Context& k, std::size_t el) {
   Corners<Real> x, v;
 
   // 1 the work of the forces of time n
-  gather_lanes(node, n.v_mean[0].data(), v);
-  pt.e = core::select(alive, pt.e - corner_power(force, v) * Real(k.times.kick) / mass, pt.e);
+  const Real power_n = gather_motion(nodes_of(e, el), n, force, x, v);
+  pt.e = core::select(alive, pt.e - power_n * Real(k.times.kick) / mass, pt.e);
 
   // 2 velocity gradient at mid-step, volume and density at its end
-  gather_lanes(node, n.x[0].data(), x);
-  gather_lanes(node, n.v[0].data(), v);
   Corners<Real> mid;
   for (int i = 0; i < 8; ++i)
     for (int d = 0; d < 3; ++d) mid.c[i][d] = x.c[i][d] - Real(0.5 * k.times.drift) * v.c[i][d];
@@ -153,17 +166,16 @@ static double update_pack(const Context& k, std::size_t el) {
   const Real q = rho * length * squeeze * (c_q + c_l);
 
   // 4 corner forces and the stable step
-  Real f[8][3];
-  const Real sxx = pt.s[0] - pt.p - q, syy = pt.s[1] - pt.p - q, szz = pt.s[2] - pt.p - q, sxy = pt.s[3],
-             syz = pt.s[4], szx = pt.s[5];
-  for (int i = 0; i < 8; ++i) {
-    const Real bx = g.b[i][0], by = g.b[i][1], bz = g.b[i][2];
-    f[i][0] = -(sxx * bx + sxy * by + szx * bz);
-    f[i][1] = -(sxy * bx + syy * by + syz * bz);
-    f[i][2] = -(szx * bx + syz * by + szz * bz);
-  }
+  Real l_end[3][3], position[4][3], rate[4][3], mode[4][3], f[8][3];
+  contract(v, g, l_end);
+  for (auto& row : l_end)
+    for (auto& a : row) a *= inverse_volume;
+  hourglass_rates(x, v, l_end, position, rate);
   double* stored = e.hourglass.empty() ? nullptr : &e.hourglass[el / block_size * 12 * block_size + el % block_size];
-  const Real power = add_hourglass(k.settings, k.times, x, v, g, inverse_volume, mass, rho * pt.c, pt.c, length, stored, f);
+  const Real power = hourglass_forces(k.settings, k.times, mass, rho * pt.c, pt.c, length, rate, stored, mode);
+  const Real p_q = pt.p + q;
+  const Real stress[6] = {pt.s[0] - p_q, pt.s[1] - p_q, pt.s[2] - p_q, pt.s[3], pt.s[4], pt.s[5]};
+  corner_forces(stress, g, mode, position, inverse_volume, f);
 
   const Real edge = vol / core::sqrt(largest_face_area_squared(x));
   const Real damping = core::select(squeeze > Real(0.0), c_q + c_l, Real(0.0));
@@ -191,12 +203,37 @@ static double update_pack(const Context& k, std::size_t el) {
   return sum;
 }
 
+/// Asks for a block's rows ahead of its turn: they lie in more arrays than the processor follows by itself.
+static void fetch_block(const Elements& e, std::size_t block) {
+  const std::size_t el = block * block_size;
+  const auto fetch = [](const double* a) { __builtin_prefetch(a, 1); };
+  for (const auto* a : {&e.pt.m, &e.pt.rho, &e.pt.e, &e.pt.p, &e.pt.q, &e.pt.c, &e.pt.T, &e.pt.eps_p, &e.pt.damage, &e.pt.p_max, &e.volume_0, &e.deformation, &e.dt})
+    fetch(a->data() + el);
+  for (const auto& s : e.pt.s) fetch(s.data() + el);
+  for (int k = 0; k < 24; ++k) fetch(&e.corner_force[corner_index(el, 0, 0)] + static_cast<std::size_t>(k) * block_size);
+  for (std::size_t k = 0; k < block_size; k += 2) __builtin_prefetch(e.node[el + k].data());
+}
+
+/// The same for the block's nodes; between them these corners of eight elements in Morton order meet nearly all.
+static void fetch_nodes(const Elements& e, const Nodes& n, std::size_t block) {
+  for (std::size_t el = block * block_size; el < (block + 1) * block_size; ++el)
+    for (const std::size_t i : {0, 2, 5, 7}) {
+      const auto nd = static_cast<std::size_t>(e.node[el][i]);
+      __builtin_prefetch(&n.v_mean[nd]);
+      __builtin_prefetch(&n.x[nd]);
+      __builtin_prefetch(&n.v[nd]);
+    }
+}
+
 ElementSums update_elements(Mesh& mesh, const material::Material& material, const ElementSettings& settings,
                             const StepTimes& times, std::span<const std::uint32_t> blocks) {
   const Context k{mesh, material, settings, times};
   ElementSums sums;
-  for (const std::uint32_t b : blocks)
-    for (std::size_t part = 0; part < block_size; part += W) sums.hourglass += update_pack(k, b * block_size + part);
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    if (b + 2 < blocks.size()) fetch_block(mesh.elements, blocks[b + 2]);
+    if (b + 1 < blocks.size()) fetch_nodes(mesh.elements, mesh.nodes, blocks[b + 1]);
+    for (std::size_t part = 0; part < block_size; part += W) sums.hourglass += update_pack(k, blocks[b] * block_size + part);
+  }
   return sums;
 }
 
@@ -205,7 +242,7 @@ void element_volumes(const Mesh& mesh, std::vector<double>& result) {
   result.resize(e.size());
   for (std::size_t el = 0; el < e.size(); el += W) {
     Corners<Real> x;
-    gather_lanes(reinterpret_cast<const std::int32_t(*)[8]>(e.node[el].data()), mesh.nodes.x[0].data(), x);
+    for (int i = 0; i < 8; ++i) gather_corner(nodes_of(e, el), i, mesh.nodes.x[0].data(), x.c[i]);
     Gradient<Real> g;
     gradient(x, g);
     core::store(&result[el], volume(x, g));

@@ -2,7 +2,7 @@
 // The one-point hexahedron: pure functions of eight corners, for one element (T = double) or lanes of elements.
 //   volume and mean gradient: Flanagan & Belytschko, Int. J. Numer. Meth. Engng 17 (1981) 679, eqs 15-17 and 79:
 //     B_jI = integral of dN_I/dx_j over the element (exact), V = x_I B_xI, mean dv_i/dx_j = v_iI B_jI / V
-//   hourglass shape vectors: the same, eqs 34-36: gamma_aI = Gamma_aI - B_jI (x_jJ Gamma_aJ) / V
+//   hourglass shape vectors: the same, eqs 34-36: gamma_aI = h_aI - B_jI (x_jJ h_aJ) / V
 // Corner order: fem/generate.hpp.
 #pragma once
 
@@ -87,23 +87,51 @@ constexpr double hourglass_base[4][8] = {{1, 1, -1, -1, -1, -1, 1, 1},
                                          {1, -1, 1, -1, 1, -1, 1, -1},
                                          {-1, 1, -1, 1, 1, -1, 1, -1}};
 
-/// Sum over corners of a_I h_aI for one base vector.
+/// Sums over corners of a_I times each base vector, in one direction.
 template <class T>
-T hourglass_sum(const Corners<T>& a, int mode, int direction) {
-  T s(0.0);
-  for (int i = 0; i < 8; ++i) s = hourglass_base[mode][i] > 0 ? s + a.c[i][direction] : s - a.c[i][direction];
-  return s;
+void hourglass_sums(const Corners<T>& a, int direction, T sum[4]) {
+  T along[2], across[2], twist[2];
+  for (int k = 0; k < 2; ++k) {  // the faces of corners 0-3 and 4-7
+    const auto at = [&](int i) { return a.c[4 * k + i][direction]; };
+    const T u = at(0) - at(2), w = at(1) - at(3);
+    along[k] = u + w;
+    across[k] = u - w;
+    twist[k] = (at(0) + at(2)) - (at(1) + at(3));
+  }
+  sum[0] = along[0] - along[1];
+  sum[1] = across[0] - across[1];
+  sum[2] = twist[0] + twist[1];
+  sum[3] = twist[1] - twist[0];
 }
 
-/// Shape vectors gamma[mode][corner], orthogonal to constant and linear fields on the actual element.
+/// Sum over modes of q_a times each base vector, subtracted from f at every corner, in one direction.
 template <class T>
-void hourglass_shape(const Corners<T>& x, const Gradient<T>& g, T inverse_volume, T gamma[4][8]) {
-  for (int a = 0; a < 4; ++a) {
-    T h[3];
-    for (int j = 0; j < 3; ++j) h[j] = hourglass_sum(x, a, j) * inverse_volume;
-    for (int i = 0; i < 8; ++i)
-      gamma[a][i] = T(hourglass_base[a][i]) - (g.b[i][0] * h[0] + g.b[i][1] * h[1] + g.b[i][2] * h[2]);
+void subtract_modes(const T q[4], int direction, T f[8][3]) {
+  const T a = q[0] + q[1], b = q[0] - q[1], c = q[2] - q[3], e = q[2] + q[3];
+  f[0][direction] -= a + c;
+  f[1][direction] -= b - c;
+  f[2][direction] -= c - a;
+  f[3][direction] += b + c;
+  f[4][direction] -= e - a;
+  f[5][direction] += b + e;
+  f[6][direction] -= a + e;
+  f[7][direction] -= b - e;
+}
+
+/// Rates of the hourglass modes, sum over corners of gamma_aI v_iI [mode][direction], without the shape vectors gamma
+/// themselves: h_a . v_i - (dv_i/dx_j) (h_a . x_j). `position` receives h_a . x_j.
+/// l: mean velocity gradient on this element.
+template <class T>
+void hourglass_rates(const Corners<T>& x, const Corners<T>& v, const T l[3][3], T position[4][3], T rate[4][3]) {
+  for (int d = 0; d < 3; ++d) {
+    T hx[4], hv[4];
+    hourglass_sums(x, d, hx);
+    hourglass_sums(v, d, hv);
+    for (int a = 0; a < 4; ++a) position[a][d] = hx[a], rate[a][d] = hv[a];
   }
+  for (int a = 0; a < 4; ++a)
+    for (int d = 0; d < 3; ++d)
+      rate[a][d] -= l[d][0] * position[a][0] + l[d][1] * position[a][1] + l[d][2] * position[a][2];
 }
 
 /// det J at a point of the parent cube, xi in [-1, 1]^3.

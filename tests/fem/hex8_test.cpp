@@ -107,23 +107,50 @@ TEST(Hex8, LinearVelocityFieldGivesExactGradient) {
   }
 }
 
-TEST(Hex8, HourglassShapesAreOrthogonalToLinearFields) {
+/// The mode's base vectors, Flanagan & Belytschko 1981, table 2, in the signs used here.
+constexpr double base[4][8] = {{1, 1, -1, -1, -1, -1, 1, 1}, {1, -1, -1, 1, -1, 1, 1, -1}, {1, -1, 1, -1, 1, -1, 1, -1}, {-1, 1, -1, 1, 1, -1, 1, -1}};
+
+TEST(Hex8, HourglassRatesAreThoseOfTheShapeVectorsAndVanishInLinearFields) {
   for (unsigned seed = 0; seed < 20; ++seed) {
     const auto x = distorted(seed);
     Gradient<double> g;
     fem::gradient(x, g);
+    const double volume = fem::volume(x, g);
+    // gamma_aI = h_aI - B_jI (x_jJ h_aJ) / V, written out
     double gamma[4][8];
-    fem::hourglass_shape(x, g, 1 / fem::volume(x, g), gamma);
-    for (const auto& shape : gamma) {
-      double constant = 0;
-      Vec3 linear = Vec3::Zero();
-      for (int i = 0; i < 8; ++i) {
-        constant += shape[i];
-        linear += shape[i] * corner(x, i);
-      }
-      EXPECT_NEAR(constant, 0, round_off);
-      EXPECT_LT(linear.norm(), round_off * 10);
+    for (int a = 0; a < 4; ++a) {
+      Vec3 h = Vec3::Zero();
+      for (int i = 0; i < 8; ++i) h += base[a][i] * corner(x, i);
+      for (int i = 0; i < 8; ++i) gamma[a][i] = base[a][i] - (g.b[i][0] * h[0] + g.b[i][1] * h[1] + g.b[i][2] * h[2]) / volume;
     }
+    for (const bool linear : {true, false}) {
+      auto v = distorted(seed + 100);
+      if (linear)
+        for (int i = 0; i < 8; ++i)
+          for (int d = 0; d < 3; ++d) v.c[i][d] = 1 + d + 2 * x.c[i][(d + 1) % 3] - x.c[i][d];
+      double l[3][3], position[4][3], rate[4][3];
+      fem::contract(v, g, l);
+      for (auto& row : l)
+        for (double& a : row) a /= volume;
+      fem::hourglass_rates(x, v, l, position, rate);
+      for (int a = 0; a < 4; ++a)
+        for (int d = 0; d < 3; ++d) {
+          double sum = 0;
+          for (int i = 0; i < 8; ++i) sum += gamma[a][i] * v.c[i][d];
+          EXPECT_NEAR(rate[a][d], linear ? 0.0 : sum, 20 * round_off);
+        }
+    }
+  }
+}
+
+TEST(Hex8, ModesAreSpreadOverCornersByTheirBaseVectors) {
+  const double q[4] = {1.5, -2.25, 3.0, 0.5};
+  for (int d = 0; d < 3; ++d) {
+    double f[8][3] = {};
+    fem::subtract_modes(q, d, f);
+    for (int i = 0; i < 8; ++i)
+      for (int k = 0; k < 3; ++k)
+        EXPECT_EQ(f[i][k], k == d ? -(q[0] * base[0][i] + q[1] * base[1][i] + q[2] * base[2][i] + q[3] * base[3][i]) : 0.0);
   }
 }
 

@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/cost.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <chrono>
+#include <fstream>
+#include <memory>
+#include <unistd.h>
+
+#include "app/bench.hpp"
+#include "app/setup.hpp"
+#include "core/error.hpp"
+#include "core/parallel.hpp"
+
+namespace app {
+
+constexpr double most_trend = 1.0;  ///< powers of h; more is the scatter of two coarse pilots and no trend
+
+/// What writing and measuring hold at the end of a run, beyond the state: fitted to the peaks of flyer_plate 20 across (175 MiB),
+/// semi_infinite hybrid 8 across (111 MiB) and thin_plate 12 across, hybrid (28 MiB) and erosion (25 MiB).
+constexpr double output_bytes_per_element = 2000, output_bytes = 6e6;
+
+enum Part { elements, particles, contact };
+constexpr std::size_t n_parts = 3;
+
+static Part part_of(Stage stage) {
+  switch (stage) {
+    case Stage::search:
+    case Stage::pair_forces:
+    case Stage::pair_work:
+    case Stage::particles: return particles;
+    case Stage::contact: return contact;
+    default: return elements;
+  }
+}
+
+/// What one resolution has to work on.
+struct Size {
+  double across = 0;               ///< elements across the projectile
+  double n_elements = 0;
+  std::vector<double> smallest;    ///< [body] volume of the smallest element as built [m3]
+};
+
+struct Pilot {
+  Size size;
+  double reached = 0;              ///< part of the run [-]
+  double seconds = 0;              ///< that it took
+  double steps = 0;                ///< whole run, what is missing extrapolated
+  std::array<double, n_parts> part{};  ///< seconds of the whole run
+  std::vector<double> converted;   ///< [body] elements that became particles
+};
+
+static Size size_of(const Simulation& s) {
+  Size r;
+  r.across = s.spec.elements_across;
+  r.n_elements = static_cast<double>(s.n_elements_initial);
+  const auto& e = s.mesh.elements;
+  for (const auto range : s.mesh.body_elements) {
+    double least = 1e300;
+    for (std::size_t el = range.first; el < range.last; ++el) least = std::min(least, e.volume_0[el]);
+    r.smallest.push_back(least);
+  }
+  return r;
+}
+
+static std::array<double, n_parts> parts(const Work& work) {
+  std::array<double, n_parts> r{};
+  for (std::size_t k = 0; k < n_stages; ++k) r[part_of(static_cast<Stage>(k))] += work.seconds[k];
+  return r;
+}
+
+/// The case on a coarser mesh, to its end or for at most `budget` seconds. Beyond where it got, each part goes on as in the
+/// last third of the time it covered.
+static Pilot fly(const io::Case& given, int across, double budget) {
+  io::Case spec = given;
+  spec.elements_across = across;
+  spec.fidelity = "custom";
+  for (auto& b : spec.bodies)
+    if (b.element_size) b.element_size = *b.element_size * given.elements_across / across;
+  const auto s = set_up(spec);
+  begin(*s);
+  Pilot p;
+  p.size = size_of(*s);
+  struct Mark {
+    double time, steps;
+    std::array<double, n_parts> part;
+  };
+  std::vector<Mark> marks{{0, 0, {}}};
+  using Wall = std::chrono::steady_clock;
+  const auto wall_start = Wall::now();
+  const double start = work_clock();
+  while (s->time < spec.end * (1 - 1e-12) && work_clock() - start < budget) {
+    choose_step(*s, spec.end);
+    try {
+      step(*s);
+    } catch (const core::GuardError&) {  // too coarse to last: what it did until here still counts
+      break;
+    }
+    if (s->time >= (static_cast<double>(marks.size())) * 0.01 * spec.end)
+      marks.push_back({s->time, static_cast<double>(s->steps), parts(s->work)});
+  }
+  p.seconds = work_clock() - start;
+  // stages are timed on the wall; with one thread the processor's time is what counts
+  const double on_wall = std::chrono::duration<double>(Wall::now() - wall_start).count();
+  const double quiet = p.seconds / std::max(on_wall, 1e-9);
+  const Mark end{s->time, static_cast<double>(s->steps), parts(s->work)};
+  const Mark before = *std::find_if(marks.rbegin(), marks.rend() - 1, [&](const Mark& m) { return m.time <= end.time * 2 / 3; });
+  p.reached = s->time / spec.end;
+  const double left = p.reached < 1 - 1e-9 ? (spec.end - end.time) / std::max(end.time - before.time, 1e-300) : 0;
+  p.steps = end.steps + left * (end.steps - before.steps);
+  double staged = 0;
+  for (std::size_t k = 0; k < n_parts; ++k) staged += end.part[k];
+  const double beside = on_wall / std::max(staged, 1e-9);  // choose_step lies between the stages
+  for (std::size_t k = 0; k < n_parts; ++k) p.part[k] = quiet * beside * (end.part[k] + left * (end.part[k] - before.part[k]));
+  p.converted.assign(s->mesh.body_elements.size(), 0);
+  for (std::size_t i = 0; i < s->particles.size(); ++i) p.converted[s->particles.body[i]] += std::pow(spec.particles_per_edge, -3);
+  return p;
+}
+
+/// What converted in the pilot, in elements of another mesh.
+static double matter(const Pilot& p, const Size& at) {
+  double n = 0;
+  for (std::size_t b = 0; b < p.converted.size(); ++b) n += p.converted[b] * p.size.smallest[b] / at.smallest[b];
+  return n;
+}
+
+/// Element rates of meshes of two sizes, the second over the first: caches hold the one and not the other.
+static double element_slowdown(double n_from, double n_to) {
+  const auto rate = [](double n) {
+    const int edge = std::clamp(static_cast<int>(std::lround(std::cbrt(n))), 6, 60);
+    return time_hex(edge, bench_material(), 0.2).element_steps_per_second.median;
+  };
+  return rate(n_from) / rate(n_to);
+}
+
+/// Factors by which the parts grow from the pilot to another mesh.
+static std::array<double, n_parts> growth(const Pilot& p, const Size& to) {
+  const double steps = to.across / p.size.across;
+  const double n = to.n_elements / p.size.n_elements;
+  const double now = matter(p, p.size), m = now > 0 ? matter(p, to) / now : n;
+  return {n * steps, m * steps, std::sqrt(n * m) * steps};
+}
+
+static double resident_bytes() {
+  std::ifstream f("/proc/self/statm");
+  double all = 0, resident = 0;
+  f >> all >> resident;
+  return resident * static_cast<double>(sysconf(_SC_PAGESIZE));
+}
+
+/// Of a particle: its rows, its actor, its list with room to grow.
+static double bytes_per_particle() {
+  const auto s = straining_block(16, bench_material(), io::Mode::sph);
+  choose_step(*s, 1);
+  step(*s);
+  const double n = static_cast<double>(s->particles.size());
+  constexpr double rows = 16 * sizeof(double) + 4 * sizeof(core::Vec3) + 40, scratch = 2 * sizeof(core::Mat3) + 150, tree = 100;
+  constexpr double room = 1.5;  // arrays grow by doubling
+  return room * (rows + sizeof(sph::Actor) + scratch + tree + 4 * static_cast<double>(s->hood.pairs.list.size()) / n);
+}
+
+Cost predict_cost(const Simulation& built, double budget) {
+  const Size wanted = size_of(built);
+  const double memory = resident_bytes();
+  std::vector<Pilot> pilots;
+  double spent = 0;
+  for (const int across : {4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 48, 64}) {
+    if (across >= built.spec.elements_across && !pilots.empty()) break;
+    if (!pilots.empty()) {
+      const double next = pilots.back().seconds * std::pow(across / pilots.back().size.across, 4);
+      if (pilots.back().reached < 1 - 1e-9 || spent + next > budget) break;
+    }
+    pilots.push_back(fly(built.spec, std::min(across, built.spec.elements_across), budget - spent));
+    spent += pilots.back().seconds;
+  }
+  const Pilot& last = pilots.back();
+  auto factor = growth(last, wanted);
+  if (wanted.across > last.size.across) factor[elements] *= element_slowdown(last.size.n_elements, wanted.n_elements);
+  // what the pilots before say beyond that
+  double steps_trend = 0;
+  std::array<double, n_parts> trend{};
+  if (pilots.size() > 1) {
+    const auto& first = pilots[pilots.size() > 2 ? pilots.size() - 3 : 0];
+    const double ratio = std::log(last.size.across / first.size.across);
+    const auto expected = growth(first, last.size);
+    const auto of = [&](double found, double was) { return found > 0 && was > 0 ? std::clamp(std::log(found / was) / ratio, -most_trend, most_trend) : 0.0; };
+    for (std::size_t k = 0; k < n_parts; ++k) trend[k] = 0.5 * of(last.part[k], expected[k] * first.part[k]);
+    steps_trend = 0.5 * of(last.steps, first.steps * last.size.across / first.size.across);
+  }
+  const double finer = wanted.across / last.size.across;
+  Cost c;
+  c.steps = last.steps * std::pow(finer, 1 + steps_trend);
+  const auto seconds = [&](Part k) { return last.part[k] * factor[k] * std::pow(finer, trend[k]); };
+  c.elements_seconds = seconds(elements);
+  c.particles_seconds = seconds(particles);
+  c.contact_seconds = seconds(contact);
+  c.seconds = c.elements_seconds + c.particles_seconds + c.contact_seconds;
+  c.particles = matter(last, wanted) * std::pow(built.spec.particles_per_edge, 3);
+  const double stored = built.spec.mode == io::Mode::sph ? 0 : c.particles;  // in mode sph they are there already, without lists
+  c.bytes = memory + (stored + static_cast<double>(built.particles.size())) * bytes_per_particle() +
+            output_bytes_per_element * wanted.n_elements + output_bytes;
+  c.pilot_across = static_cast<int>(last.size.across);
+  c.pilot_part = last.reached;
+  c.pilot_seconds = spent;
+  return c;
+}
+
+}  // namespace app
