@@ -7,6 +7,7 @@
 #include <map>
 
 #include "sph/kernel.hpp"
+#include "sph/pair_kernel.hpp"
 
 namespace sph {
 
@@ -20,6 +21,14 @@ static Vec3 reflect(const Mirror& m, const Vec3& a) { return a - 2 * m.normal.do
 static core::Mat3 reflect(const Mirror& m, const core::Mat3& a) {
   const core::Mat3 r = core::Mat3::Identity() - 2 * m.normal * m.normal.transpose();
   return r * a * r;
+}
+
+/// A symmetric tensor, xx yy zz xy yz zx.
+static std::array<double, 6> reflect(const Mirror& m, const std::array<double, 6>& a) {
+  core::Mat3 full;
+  full << a[0], a[3], a[5], a[3], a[1], a[4], a[5], a[4], a[2];
+  const core::Mat3 r = reflect(m, full);
+  return {r(0, 0), r(1, 1), r(2, 2), r(0, 1), r(1, 2), r(2, 0)};
 }
 
 /// Bounds of a bin's displacements.
@@ -129,6 +138,8 @@ void build(Neighbourhood& hood, const std::vector<Vec3>& watched_x, double outsi
   core::Octree tree;
   tree.build(hood.x_built);
   tree.neighbours(radius, true, hood.pairs);
+  hood.near.resize(first_near_word(hood.pairs.start[n_real], n_real));
+  hood.n_near.resize(n_real);
   hood.valid = true;
   ++hood.builds;
 }
@@ -145,7 +156,7 @@ void reflect_images(Neighbourhood& hood) {
     a.v_new = reflect(m, s.v_new);
     a.v_mean = reflect(m, s.v_mean);
     a.stress = reflect(m, s.stress);
-    if (s.in_tension) a.artificial = reflect(m, s.artificial);
+    if (s.tension > 0) a.artificial = reflect(m, s.artificial);
     if (m.wall) a.body = wall_body;
     hood.actors[n_real + k] = a;
   }

@@ -6,8 +6,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/isa.hpp"
 #include "core/parallel.hpp"
-#include "sph/kernel.hpp"
+#include "sph/pair_kernel.hpp"
 
 namespace sph {
 
@@ -43,15 +44,16 @@ static Mat3 stress_of(const core::Points& pt, std::size_t i) {
 
 /// -epsilon sigma for every tensile principal stress: pushes along it (Gray et al., eqs 3.12-3.14).
 static void artificial_stress(const Mat3& sigma, double epsilon, Actor& a) {
-  a.in_tension = false;
+  a.tension = 0;
   const double largest = sigma.diagonal().maxCoeff() + sigma.cwiseAbs().sum() - sigma.diagonal().cwiseAbs().sum();
   if (!(largest > 0) || epsilon == 0) return;  // a bound on the largest principal stress
   Eigen::SelfAdjointEigenSolver<Mat3> solver;
   solver.computeDirect(sigma);
   const Vec3 pull = solver.eigenvalues().cwiseMax(0.0);
   if (pull.maxCoeff() <= 0) return;
-  a.artificial = -epsilon * solver.eigenvectors() * pull.asDiagonal() * solver.eigenvectors().transpose();
-  a.in_tension = true;
+  const Mat3 r = -epsilon * solver.eigenvectors() * pull.asDiagonal() * solver.eigenvectors().transpose();
+  a.artificial = {r(0, 0), r(1, 1), r(2, 2), r(0, 1), r(1, 2), r(2, 0)};
+  a.tension = 1;
 }
 
 /// B from the moment matrix M: its inverse where the neighbours span space, the identity where they do not.
@@ -67,97 +69,71 @@ static Mat3 correction_of(const Mat3& moment) {
   return w * b + (1 - w) * Mat3::Identity();
 }
 
+/// Rows that one call of a kernel goes through: what it leaves for them fits the first cache.
+constexpr std::size_t row_block = 64;
+
+static PairView view(Neighbourhood& hood) {
+  return {hood.actors.data(), hood.pairs.start.data(), hood.pairs.list.data(), hood.near.data(), hood.n_near.data()};
+}
+
+struct PairKernels {
+  decltype(&baseline::find_near) find_near;
+  decltype(&baseline::pair_forces) pair_forces;
+  decltype(&baseline::pair_work) pair_work;
+};
+
+static PairKernels kernels() {
+  switch (core::isa()) {
+    case core::Isa::avx512: return {avx512::find_near, avx512::pair_forces, avx512::pair_work};
+    case core::Isa::avx2: return {avx2::find_near, avx2::pair_forces, avx2::pair_work};
+    default: return {baseline::find_near, baseline::pair_forces, baseline::pair_work};
+  }
+}
+
+/// f(first, last) over blocks of rows, those of particles and those of foreigners apart.
+template <class F>
+static void for_each_row_block(const Neighbourhood& hood, F&& f) {
+  core::for_each_block(hood.n_particles, row_block, f);
+  core::for_each_block(hood.n_foreign, row_block,
+                       [&](std::size_t first, std::size_t last) { f(hood.n_particles + first, hood.n_particles + last); });
+}
+
 void correct_gradients(const Particles& p, const ParticleSettings& settings, Neighbourhood& hood,
                        std::vector<Mat3>& correction) {
   correction.resize(p.size());
-  const auto& pairs = hood.pairs;
-  core::for_each_block(p.size(), 64, [&](std::size_t first, std::size_t last) {
+  const PairView pairs = view(hood);
+  const auto find_near = kernels().find_near;
+  for_each_row_block(hood, [&](std::size_t first, std::size_t last) {
+    if (first >= hood.n_particles) return find_near(pairs, first, last, nullptr);
+    std::array<Moment, row_block> moment;
+    find_near(pairs, first, last, moment.data());
     for (std::size_t i = first; i < last; ++i) {
-      Actor& a = hood.actors[i];
-      Mat3 moment = Mat3::Zero();
-      for (auto k = pairs.start[i]; k < pairs.start[i + 1]; ++k) {
-        const Actor& b = hood.actors[pairs.list[k]];
-        const Vec3 d = a.x - b.x;
-        const double h = 0.5 * (a.h + b.h), r2 = d.squaredNorm();
-        if (r2 >= kernel_reach * kernel_reach * h * h) continue;
-        moment.noalias() -= (b.volume * kernel_slope(std::sqrt(r2), h)) * d * d.transpose();
-      }
-      correction[i] = correction_of(moment);
+      const double* s = moment[i - first].sum;
+      Mat3 m;
+      m << s[0], s[3], s[5], s[3], s[1], s[4], s[5], s[4], s[2];
+      correction[i] = correction_of(m);
       const Mat3 sigma = stress_of(p.pt, i);
-      a.stress = sigma * correction[i].transpose();
-      artificial_stress(sigma, settings.artificial_stress, a);
+      hood.actors[i].stress = sigma * correction[i].transpose();
+      artificial_stress(sigma, settings.artificial_stress, hood.actors[i]);
     }
   });
 }
 
-struct PairForce {
-  Vec3 own{0, 0, 0};      ///< part of the force on i that i's own stress makes: its work is i's
-  Vec3 other{0, 0, 0};    ///< part that j's stress makes
-  Vec3 viscous{0, 0, 0};  ///< shared half and half
-  Vec3 gradient{0, 0, 0}; ///< grad_i W
-  bool in_reach = false;
-};
-
-/// Monaghan's viscosity; zero for pairs that part. Leaves mu for the time step.
-static double viscosity(const ParticleSettings& s, const Actor& a, const Actor& b, const Vec3& d, double r2, double h) {
-  const double approach = (a.v - b.v).dot(d);
-  if (approach >= 0) return 0;
-  const double mu = h * approach / (r2 + 0.01 * h * h);
-  const double spread = 0.5 * (a.spread + b.spread);
-  return (-s.viscosity_linear * 0.5 * (a.c + b.c) * mu * spread + s.viscosity_quadratic * mu * mu) /
-         (0.5 * (a.rho + b.rho));
-}
-
-/// Everything between actors i and j at time n; the mirror image of f(j, i) to the last bit.
-static PairForce pair_force(const ParticleSettings& s, const Actor& a, const Actor& b) {
-  PairForce f;
-  const Vec3 d = a.x - b.x;
-  const double h = 0.5 * (a.h + b.h), r2 = d.squaredNorm();
-  if (r2 >= kernel_reach * kernel_reach * h * h) return f;
-  f.in_reach = true;
-  const double r = std::sqrt(r2);
-  f.gradient = kernel_slope(r, h) * d;
-  const double vv = a.volume * b.volume;
-  if (a.body == b.body) {
-    f.own = vv * (a.stress * f.gradient);
-    f.other = vv * (b.stress * f.gradient);
-    if (a.in_tension || b.in_tension) {
-      // held at its value for the regular spacing: uncapped it reaches 110 for pairs that nearly meet
-      const double w = std::min(1.0, kernel(r, h) / kernel(h / h_over_spacing, h)), w2 = w * w;
-      if (a.in_tension) f.own += (vv * w2 * w2) * (a.artificial * f.gradient);
-      if (b.in_tension) f.other += (vv * w2 * w2) * (b.artificial * f.gradient);
-    }
-  } else {
-    f.own = (-vv * a.p_contact) * f.gradient;
-    f.other = (-vv * b.p_contact) * f.gradient;
-  }
-  f.viscous = (-a.m * b.m * viscosity(s, a, b, d, r2, h)) * f.gradient;
-  return f;
-}
+static Vec3 vec(const double* a) { return {a[0], a[1], a[2]}; }
 
 void add_pair_forces(const ParticleSettings& settings, Neighbourhood& hood, Particles& p) {
-  const std::size_t n_real = hood.n_particles + hood.n_foreign;
-  hood.foreign_force.assign(hood.n_foreign, Vec3::Zero());
+  hood.foreign_force.resize(hood.n_foreign);
   const bool walls = std::any_of(hood.mirrors.begin(), hood.mirrors.end(), [](const Mirror& m) { return m.wall; });
-  hood.wall_force.assign(walls ? hood.n_particles : 0, Vec3::Zero());
-  const auto& pairs = hood.pairs;
-  core::for_each_block(n_real, 64, [&](std::size_t first, std::size_t last) {
+  hood.wall_force.resize(walls ? hood.n_particles : 0);
+  const PairView pairs = view(hood);
+  const auto pair_forces = kernels().pair_forces;
+  for_each_row_block(hood, [&](std::size_t first, std::size_t last) {
+    std::array<RowForce, row_block> force;
+    pair_forces(pairs, settings, first, last, force.data());
     for (std::size_t i = first; i < last; ++i) {
-      const bool foreign = i >= hood.n_particles;
-      Vec3 sum = Vec3::Zero();
-      for (auto k = pairs.start[i]; k < pairs.start[i + 1]; ++k) {
-        const std::uint32_t j = pairs.list[k];
-        if (foreign && !hood.is_particle(j)) continue;
-        const PairForce f = pair_force(settings, hood.actors[i], hood.actors[j]);
-        if (!f.in_reach) continue;
-        const Vec3 force = (f.own + f.other) + f.viscous;
-        sum += force;
-        if (walls && !foreign && hood.actors[j].body == wall_body) hood.wall_force[i] += force;
-      }
-      if (foreign)
-        hood.foreign_force[i - hood.n_particles] = sum;
-      else
-        p.f[i] = sum;
+      const RowForce& f = force[i - first];
+      (i < hood.n_particles ? p.f[i] : hood.foreign_force[i - hood.n_particles]) = vec(f.all);
+      if (walls && i < hood.n_particles) hood.wall_force[i] = vec(f.wall);
     }
   });
 }
@@ -171,37 +147,24 @@ static Mat3 at_mid_step(const Mat3& l, double dt) {
 
 void pair_work(const ParticleSettings& settings, double dt_kick, double dt_drift, const std::vector<Mat3>& correction,
                Neighbourhood& hood, Particles& p, std::vector<Mat3>& velocity_gradient) {
-  const std::size_t n_real = hood.n_particles + hood.n_foreign;
-  hood.foreign_heat.assign(hood.n_foreign, 0.0);
+  hood.foreign_heat.resize(hood.n_foreign);
   velocity_gradient.resize(p.size());
-  const auto& pairs = hood.pairs;
-  core::for_each_block(n_real, 64, [&](std::size_t first, std::size_t last) {
+  const PairView pairs = view(hood);
+  const auto row_work = kernels().pair_work;
+  for_each_row_block(hood, [&](std::size_t first, std::size_t last) {
+    std::array<RowWork, row_block> work;
+    row_work(pairs, settings, first, last, work.data());
     for (std::size_t i = first; i < last; ++i) {
-      const bool foreign = i >= hood.n_particles;
-      const Actor& a = hood.actors[i];
-      Mat3 l = Mat3::Zero();
-      double work = 0, signal = 0;
-      for (auto k = pairs.start[i]; k < pairs.start[i + 1]; ++k) {
-        const std::uint32_t j = pairs.list[k];
-        if (foreign && !hood.is_particle(j)) continue;
-        const Actor& b = hood.actors[j];
-        const PairForce f = pair_force(settings, a, b);
-        if (!f.in_reach) continue;
-        work += (f.own + 0.5 * f.viscous).dot(a.v_mean - b.v_mean);
-        if (foreign) continue;
-        const Vec3 d = a.x - b.x;
-        // a stranger that recedes leaves no tension behind: nothing would have paid for it
-        if (a.body == b.body || a.p_contact > 0 || (a.v_new - b.v_new).dot(d) < 0)
-          l.noalias() += (b.volume * (b.v_new - a.v_new)) * f.gradient.transpose();
-        const double h = 0.5 * (a.h + b.h), mu = -h * (a.v_new - b.v_new).dot(d) / (d.squaredNorm() + 0.01 * h * h);
-        signal = std::max(signal, settings.viscosity_quadratic * mu);
-      }
-      if (foreign) {
-        hood.foreign_heat[i - hood.n_particles] = -work * dt_kick;
+      const RowWork& w = work[i - first];
+      if (i >= hood.n_particles) {
+        hood.foreign_heat[i - hood.n_particles] = -w.power * dt_kick;
         continue;
       }
-      p.pt.e[i] -= work * dt_kick / a.m;
-      velocity_gradient[i] = at_mid_step(l * correction[i], dt_drift);
+      const Actor& a = hood.actors[i];
+      p.pt.e[i] -= w.power * dt_kick / a.m;
+      const Mat3 rate = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(w.rate[0]);
+      velocity_gradient[i] = at_mid_step(rate * correction[i], dt_drift);
+      const double signal = settings.viscosity_quadratic * w.approach;
       p.dt[i] = 0.5 * a.h / (a.c + 0.6 * (settings.viscosity_linear * a.c + signal));
     }
   });
