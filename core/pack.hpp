@@ -92,6 +92,12 @@ Pack<W> select(Mask<W> m, Pack<W> a, double b) { return select(m, a, Pack<W>(b))
 inline bool any(bool m) { return m; }
 template <int W>
 bool any(Mask<W> m) {
+#ifdef __AVX512DQ__
+  if constexpr (W == 8) return _mm512_movepi64_mask((__m512i)m.m) != 0;
+#endif
+#ifdef __AVX__
+  if constexpr (W == 4) return _mm256_movemask_pd((__m256d)m.m) != 0;
+#endif
   std::int64_t r = 0;
   for (int i = 0; i < W; ++i) r |= m.m[i];
   return r != 0;

@@ -34,73 +34,47 @@ inline V load_as(const double* a) {
   return v;
 }
 
+/// Four doubles, from `offset` bytes on, of each of W actors: field by field.
+template <std::size_t offset>
+[[gnu::always_inline]] inline void load_four(const PairView& v, const std::uint32_t* id, Real* out) {
 #if defined(__AVX512F__)
-/// Columns of eight rows of which neighbouring rows' even and odd columns are joined already.
-inline void join_pairs(const Lanes* a, Lanes* b) {
-  for (int k = 0; k < 2; ++k) {
-    b[k] = __builtin_shufflevector(a[k], a[k + 2], 0, 1, 8, 9, 4, 5, 12, 13);
-    b[k + 2] = __builtin_shufflevector(a[k], a[k + 2], 2, 3, 10, 11, 6, 7, 14, 15);
-  }
-}
-inline void join_rows(const Lanes* a, Lanes* b) {
+  using Half = core::LaneType<4>::Real;
+  Lanes a[4], b[4];
+  for (int k = 0; k < 4; ++k)
+    a[k] = __builtin_shufflevector(load_as<Half>(row<offset>(v, id[k])), load_as<Half>(row<offset>(v, id[k + 4])), 0, 1,
+                                   2, 3, 4, 5, 6, 7);
   for (int k = 0; k < 4; k += 2) {
     b[k] = __builtin_shufflevector(a[k], a[k + 1], 0, 8, 2, 10, 4, 12, 6, 14);
     b[k + 1] = __builtin_shufflevector(a[k], a[k + 1], 1, 9, 3, 11, 5, 13, 7, 15);
   }
-}
-
-/// Eight doubles, from `offset` bytes on, of each of W actors.
-template <std::size_t offset>
-inline void load_eight(const PairView& v, const std::uint32_t* id, Real* out) {
-  Lanes a[8], b[8];
-  for (int k = 0; k < 8; ++k) a[k] = load_as<Lanes>(row<offset>(v, id[k]));
-  for (int k = 0; k < 8; k += 4) {
-    join_rows(a + k, b + k);
-    join_pairs(b + k, a + k);
+  for (int k = 0; k < 2; ++k) {
+    out[k] = Real(Lanes(__builtin_shufflevector(b[k], b[k + 2], 0, 1, 8, 9, 4, 5, 12, 13)));
+    out[k + 2] = Real(Lanes(__builtin_shufflevector(b[k], b[k + 2], 2, 3, 10, 11, 6, 7, 14, 15)));
   }
-  for (int k = 0; k < 4; ++k) {
-    out[k] = Real(Lanes(__builtin_shufflevector(a[k], a[k + 4], 0, 1, 2, 3, 8, 9, 10, 11)));
-    out[k + 4] = Real(Lanes(__builtin_shufflevector(a[k], a[k + 4], 4, 5, 6, 7, 12, 13, 14, 15)));
-  }
-}
-
-/// The first four doubles of each of W actors: position and h.
-inline void load_places(const PairView& v, const std::uint32_t* id, Real* out) {
-  using Half = core::LaneType<4>::Real;
+#elif defined(__AVX2__)
   Lanes a[4], b[4];
-  for (int k = 0; k < 4; ++k)
-    a[k] = __builtin_shufflevector(load_as<Half>(row<0>(v, id[k])), load_as<Half>(row<0>(v, id[k + 4])), 0, 1, 2, 3, 4, 5, 6, 7);
-  join_rows(a, b);
-  join_pairs(b, a);
-  for (int k = 0; k < 4; ++k) out[k] = Real(a[k]);
-}
-#else
-/// n doubles, from `offset` bytes on, of each of W actors.
-template <std::size_t offset, int n>
-inline void load_fields(const PairView& v, const std::uint32_t* id, Real* out) {
-  for (int part = 0; part < n; part += W) {
-    Lanes a[W];
-    for (int k = 0; k < W; ++k) a[k] = load_as<Lanes>(row<offset>(v, id[k]) + part);
-#if defined(__AVX2__)
-    Lanes b[W];
-    for (int k = 0; k < W; k += 2) {
-      b[k] = __builtin_shufflevector(a[k], a[k + 1], 0, 4, 2, 6);
-      b[k + 1] = __builtin_shufflevector(a[k], a[k + 1], 1, 5, 3, 7);
-    }
-    for (int k = 0; k < 2; ++k) {
-      out[part + k] = Real(Lanes(__builtin_shufflevector(b[k], b[k + 2], 0, 1, 4, 5)));
-      out[part + k + 2] = Real(Lanes(__builtin_shufflevector(b[k], b[k + 2], 2, 3, 6, 7)));
-    }
-#else
-    out[part] = Real(Lanes(__builtin_shufflevector(a[0], a[1], 0, 2)));
-    out[part + 1] = Real(Lanes(__builtin_shufflevector(a[0], a[1], 1, 3)));
-#endif
+  for (int k = 0; k < 4; ++k) a[k] = load_as<Lanes>(row<offset>(v, id[k]));
+  for (int k = 0; k < 4; k += 2) {
+    b[k] = __builtin_shufflevector(a[k], a[k + 1], 0, 4, 2, 6);
+    b[k + 1] = __builtin_shufflevector(a[k], a[k + 1], 1, 5, 3, 7);
   }
+  for (int k = 0; k < 2; ++k) {
+    out[k] = Real(Lanes(__builtin_shufflevector(b[k], b[k + 2], 0, 1, 4, 5)));
+    out[k + 2] = Real(Lanes(__builtin_shufflevector(b[k], b[k + 2], 2, 3, 6, 7)));
+  }
+#else
+  for (int k = 0; k < 4; k += 2) {
+    const Lanes a = load_as<Lanes>(row<offset>(v, id[0]) + k), b = load_as<Lanes>(row<offset>(v, id[1]) + k);
+    out[k] = Real(Lanes(__builtin_shufflevector(a, b, 0, 2)));
+    out[k + 1] = Real(Lanes(__builtin_shufflevector(a, b, 1, 3)));
+  }
+#endif
 }
 template <std::size_t offset>
-inline void load_eight(const PairView& v, const std::uint32_t* id, Real* out) { load_fields<offset, 8>(v, id, out); }
-inline void load_places(const PairView& v, const std::uint32_t* id, Real* out) { load_fields<0, 4>(v, id, out); }
-#endif
+[[gnu::always_inline]] inline void load_eight(const PairView& v, const std::uint32_t* id, Real* out) {
+  load_four<offset>(v, id, out);
+  load_four<offset + 32>(v, id, out + 4);
+}
 
 inline unsigned lane_bits(Yes m) {
 #if defined(__AVX512F__)
@@ -155,7 +129,7 @@ struct Own {
 };
 
 /// Which of up to sixteen candidates are within 2 h of the row.
-inline unsigned in_reach(const PairView& v, const Own& own, const std::uint32_t* list, std::size_t n, std::uint32_t self) {
+[[gnu::always_inline]] inline unsigned in_reach(const PairView& v, const Own& own, const std::uint32_t* list, std::size_t n, std::uint32_t self) {
   alignas(64) std::uint32_t id[near_word];
 #if defined(__AVX512F__)
   const __mmask16 valid = static_cast<__mmask16>(n < near_word ? (1u << n) - 1 : 0xffffu);
@@ -166,7 +140,7 @@ inline unsigned in_reach(const PairView& v, const Own& own, const std::uint32_t*
   unsigned bits = 0;
   for (std::size_t k = 0; k < near_word && k < n; k += W) {
     Real b[4];
-    load_places(v, id + k, b);
+    load_four<0>(v, id + k, b);
     const Real dx = own.x[0] - b[0], dy = own.x[1] - b[1], dz = own.x[2] - b[2];
     const Real reach = own.h + b[3];  // 2 h of the pair
     static_assert(kernel_reach == 2.0);
@@ -178,30 +152,33 @@ inline unsigned in_reach(const PairView& v, const Own& own, const std::uint32_t*
 /// Calls f(ids of eight) for all near neighbours of row i, in the order of the list; the last eight are filled up with i
 /// itself, which contributes nothing to any sum. With `search`, finds them first.
 template <bool search, class F>
-inline void each_eight(const PairView& v, std::size_t i, const Own& own, F&& f) {
+[[gnu::always_inline]] inline void each_eight(const PairView& v, std::size_t i, const Own& own, F&& f) {
   constexpr std::size_t room = 256;
   alignas(64) std::uint32_t id[room + 2 * near_word];
   std::uint32_t* end = id;
   std::uint32_t n_near = 0;
   const auto self = static_cast<std::uint32_t>(i);
-  std::uint16_t* word = v.near + first_near_word(v.start[i], i);
+  std::uint64_t k = v.start[i];
   const std::uint64_t last = v.start[i + 1];
-  for (std::uint64_t k = v.start[i]; k < last; k += near_word, ++word) {
-    if constexpr (search) {
-      *word = static_cast<std::uint16_t>(in_reach(v, own, v.list + k, last - k, self));
-      n_near += static_cast<std::uint32_t>(__builtin_popcount(*word));
+  std::uint16_t* word = v.near + first_near_word(k, i);
+  for (bool done = false; !done;) {
+    for (; k < last && end < id + room; k += near_word, ++word) {
+      if constexpr (search) {
+        *word = static_cast<std::uint16_t>(in_reach(v, own, v.list + k, last - k, self));
+        n_near += static_cast<std::uint32_t>(__builtin_popcount(*word));
+      }
+      end = store_some(end, *word, v.list + k);
     }
-    end = store_some(end, *word, v.list + k);
-    if (end < id + room) continue;
+    done = k >= last;
+    if (done)
+      for (int l = 0; l < 8; ++l) end[l] = self;
     const std::uint32_t* from = id;
-    for (; from + 8 <= end; from += 8) f(from);
+    for (const std::uint32_t* stop = done ? end : end - 7; from < stop; from += 8) f(from);
     std::uint32_t* to = id;
     while (from < end) *to++ = *from++;
     end = to;
   }
   if constexpr (search) v.n_near[i] = n_near;
-  for (int k = 0; k < 8; ++k) end[k] = self;
-  for (const std::uint32_t* from = id; from < end; from += 8) f(from);
 }
 
 // --------------------------------------------------------------------------------------------------------- physics
@@ -220,7 +197,7 @@ struct Geometry {
   Real d[3], r2, h, r, inverse_h, slope;
 };
 
-inline Geometry geometry(const Own& own, const Near& b) {
+[[gnu::always_inline]] inline Geometry geometry(const Own& own, const Near& b) {
   Geometry g;
   for (int d = 0; d < 3; ++d) g.d[d] = own.x[d] - b.place[d];
   g.h = Real(0.5) * (own.h + b.place[3]);
@@ -242,7 +219,7 @@ struct Flow {
 inline Real approach(const Geometry& g, const Real* dv, Real inverse) { return -(g.h * dot(dv, g.d)) * inverse; }
 
 /// Monaghan's viscosity Pi; zero for pairs that part.
-inline Real viscosity(const ParticleSettings& s, const Actor& a, const Flow& b, const Geometry& g, Real inverse) {
+[[gnu::always_inline]] inline Real viscosity(const ParticleSettings& s, const Actor& a, const Flow& b, const Geometry& g, Real inverse) {
   const Real dv[3] = {Real(a.v[0]) - b.at[0], Real(a.v[1]) - b.at[1], Real(a.v[2]) - b.at[2]};
   const Real mu = core::max(approach(g, dv, inverse), Real(0.0));
   const Real spread = Real(0.5) * (Real(a.spread) + b.at[5]), c = Real(0.5) * (Real(a.c) + b.at[3]);
@@ -267,7 +244,7 @@ struct PairForce {
 
 /// Everything between a row and W neighbours at time n; the mirror image of what they see, to the last bit.
 template <bool with_other>
-inline void pair_force(const PairView& v, const ParticleSettings& s, const Own& own, const std::uint32_t* id, const Near& b,
+[[gnu::always_inline]] inline void pair_force(const PairView& v, const ParticleSettings& s, const Own& own, const std::uint32_t* id, const Near& b,
                        const Geometry& g, Real inverse, PairForce& f) {
   const Actor& a = own.a;
   Flow flow;
@@ -322,7 +299,7 @@ void find_near(const PairView& v, std::size_t first, std::size_t last, Moment* m
   for (std::size_t i = first; i < last; ++i) {
     const Own own(v.actor[i]);
     Sum sum[6];
-    each_eight<true>(v, i, own, [&](const std::uint32_t* id) {
+    each_eight<true>(v, i, own, [&](const std::uint32_t* id) __attribute__((always_inline)) {
       if (!moment) return;
       for (int p = 0; p < parts; ++p) {
         Near b;
@@ -349,7 +326,7 @@ void pair_forces(const PairView& v, const ParticleSettings& s, std::size_t first
     if (v.n_near[i] == 0) continue;
     const Own own(v.actor[i]);
     Sum sum[3], wall[3];
-    each_eight<false>(v, i, own, [&](const std::uint32_t* id) {
+    each_eight<false>(v, i, own, [&](const std::uint32_t* id) __attribute__((always_inline)) {
       for (int p = 0; p < parts; ++p) {
         Near b;
         load_eight<0>(v, id + p * W, b.place);
@@ -379,7 +356,7 @@ void pair_work(const PairView& v, const ParticleSettings& s, std::size_t first, 
     const Own own(v.actor[i]);
     const Actor& a = own.a;
     Sum power, rate[3][3], fastest;
-    each_eight<false>(v, i, own, [&](const std::uint32_t* id) {
+    each_eight<false>(v, i, own, [&](const std::uint32_t* id) __attribute__((always_inline)) {
       for (int p = 0; p < parts; ++p) {
         Near b;
         load_eight<0>(v, id + p * W, b.place);
