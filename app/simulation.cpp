@@ -46,6 +46,7 @@ static void find_neighbours(Simulation& s) {
   const bool rebuild = !sph::still_valid(hood, s.particles.x, s.bond.x, s.bond.watched_x);
   if (rebuild) {
     coupling::find_elements(s.mesh, s.particles, s.bond);
+    coupling::find_seam(s.mesh, s.bond);
     hood.n_particles = s.particles.size();
     hood.n_foreign = s.bond.elements.size();
     hood.actors.resize(hood.n_particles + hood.n_foreign);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <unordered_set>
 
 #include "core/parallel.hpp"
@@ -80,6 +81,37 @@ void find_elements(const fem::Mesh& mesh, const sph::Particles& p, Bond& bond) {
   update_centres(mesh, bond);
 }
 
+void find_seam(const fem::Mesh& mesh, Bond& bond) {
+  const auto& e = mesh.elements;
+  const auto elements_at = [&](std::int32_t nd) {
+    const auto n = static_cast<std::size_t>(nd);
+    return std::span(mesh.corners).subspan(mesh.corner_start[n], mesh.corner_start[n + 1] - mesh.corner_start[n]);
+  };
+  const auto on_seam = [&](std::int32_t nd) {
+    const auto around = elements_at(nd);
+    return std::any_of(around.begin(), around.end(), [&](std::uint32_t corner) { return !e.alive[corner / 8]; });
+  };
+  bond.seam_start.assign(1, 0);
+  bond.seam_node.clear();
+  std::vector<std::int32_t> found;
+  for (const std::uint32_t el : bond.elements) {
+    found.clear();
+    for (const auto nd : e.node[el])
+      if (on_seam(nd)) found.push_back(nd);
+    if (found.empty()) {
+      for (const auto nd : e.node[el])
+        for (const auto corner : elements_at(nd))
+          for (const auto far : e.node[corner / 8])
+            if (on_seam(far)) found.push_back(far);
+      std::sort(found.begin(), found.end());
+      found.erase(std::unique(found.begin(), found.end()), found.end());
+    }
+    if (found.empty()) found.assign(e.node[el].begin(), e.node[el].end());
+    bond.seam_node.insert(bond.seam_node.end(), found.begin(), found.end());
+    bond.seam_start.push_back(static_cast<std::uint32_t>(bond.seam_node.size()));
+  }
+}
+
 void update_centres(const fem::Mesh& mesh, Bond& bond) {
   bond.x.resize(bond.elements.size());
   core::for_each(bond.elements.size(),
@@ -89,8 +121,21 @@ void update_centres(const fem::Mesh& mesh, Bond& bond) {
                  [&](std::size_t k) { bond.watched_x[k] = fem::centre(mesh, bond.watched[k], mesh.nodes.x); });
 }
 
+/// Correction of the kernel's gradient inside a cubic lattice (particle_forces.hpp): B = 1 / 0.98523 for h = 1.2 spacings.
+static const double lattice_correction = [] {
+  constexpr double h = sph::h_over_spacing;
+  double moment = 0;
+  for (int i = -2; i <= 2; ++i)
+    for (int j = -2; j <= 2; ++j)
+      for (int k = -2; k <= 2; ++k) moment -= sph::kernel_slope(std::sqrt(double(i * i + j * j + k * k)), h) * i * i;
+  return 1 / moment;
+}();
+
 void fill_foreign(const fem::Mesh& mesh, const Bond& bond, sph::Neighbourhood& hood) {
   const fem::Elements& e = mesh.elements;
+  hood.anchor_start = bond.seam_start;
+  hood.anchor_x.resize(bond.seam_node.size());
+  core::for_each(bond.seam_node.size(), [&](std::size_t i) { hood.anchor_x[i] = mesh.nodes.x[bond.seam_node[i]]; });
   core::for_each(bond.elements.size(), [&](std::size_t k) {
     const std::size_t el = bond.elements[k];
     sph::Actor& a = hood.actors[hood.n_particles + k];
@@ -107,12 +152,15 @@ void fill_foreign(const fem::Mesh& mesh, const Bond& bond, sph::Neighbourhood& h
     a.p_contact = std::max(p, 0.0);
     const auto& s = e.pt.s;
     a.stress << s[0][el] - p, s[3][el], s[5][el], s[3][el], s[1][el] - p, s[4][el], s[5][el], s[4][el], s[2][el] - p;
+    a.stress *= lattice_correction;
     constexpr int stranger = 1 << 20;  // a body that no particle belongs to
     a.body = bond.hold ? e.body[el] : stranger + e.body[el];
   });
 }
 
 void fill_foreign_velocities(const fem::Mesh& mesh, const Bond& bond, sph::Neighbourhood& hood) {
+  hood.anchor_v_mean.resize(bond.seam_node.size());
+  core::for_each(bond.seam_node.size(), [&](std::size_t i) { hood.anchor_v_mean[i] = mesh.nodes.v_mean[bond.seam_node[i]]; });
   core::for_each(bond.elements.size(), [&](std::size_t k) {
     sph::Actor& a = hood.actors[hood.n_particles + k];
     a.v_new = fem::centre(mesh, bond.elements[k], mesh.nodes.v);
@@ -123,10 +171,12 @@ void fill_foreign_velocities(const fem::Mesh& mesh, const Bond& bond, sph::Neigh
 void add_reaction(const sph::Neighbourhood& hood, const Bond& bond, fem::Mesh& mesh) {
   std::vector<std::uint32_t> pushed;
   for (std::size_t k = 0; k < bond.elements.size(); ++k) {
-    const Vec3& f = hood.foreign_force[k];
-    if (f.isZero(0)) continue;
-    pushed.push_back(bond.elements[k]);
-    for (const auto nd : mesh.elements.node[bond.elements[k]]) mesh.nodes.f[static_cast<std::size_t>(nd)] += f / 8;
+    bool any = false;
+    for (auto i = bond.seam_start[k]; i < bond.seam_start[k + 1]; ++i) {
+      mesh.nodes.f[bond.seam_node[i]] += hood.anchor_force[i];
+      any |= !hood.anchor_force[i].isZero(0);
+    }
+    if (any) pushed.push_back(bond.elements[k]);
   }
   fem::wake_elements(mesh, pushed);
 }

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The bond: alive elements within a kernel's reach of a particle stand in the SPH sums as foreign actors at their
-// centres, with their own stress; the reaction goes to their corners in equal parts and the work of their stress in the
-// pairs to their energy. Elements of the particle's own body hold it (bond = true) or only push (bond = false); elements of
+// centres, with their own stress. The elements' own faces towards the particles are left unbalanced by what was converted,
+// so that is where the reaction goes: to the nodes of the seam next to each foreign element. What the pairs' work there
+// leaves over goes to its energy. Elements of the particle's own body hold it (bond = true) or only push (bond = false); elements of
 // other bodies only push.
 #pragma once
 
@@ -19,6 +20,7 @@ struct Bond {
   std::vector<core::Vec3> x;            ///< their centres [m]
   std::vector<std::uint32_t> watched;   ///< elements not in reach but near enough to come into it soon, ascending
   std::vector<core::Vec3> watched_x;    ///< their centres [m]
+  std::vector<std::uint32_t> seam_start, seam_node;  ///< rows of the nodes that take the reaction of each foreign actor
   bool hold = true;                     ///< [convert] bond
 };
 
@@ -26,16 +28,20 @@ struct Bond {
 /// reach of an image has its own image in reach of the particle.
 void find_elements(const fem::Mesh& mesh, const sph::Particles& particles, Bond& bond);
 
+/// Nodes that take each bonded element's reaction: its corners on the seam (where an element was converted), else those of the
+/// elements around it, else all its own.
+void find_seam(const fem::Mesh& mesh, Bond& bond);
+
 /// Centres of the bonded and the watched elements now.
 void update_centres(const fem::Mesh& mesh, Bond& bond);
 
 /// The foreign rows of hood.actors, all but velocities after the kick.
 void fill_foreign(const fem::Mesh& mesh, const Bond& bond, sph::Neighbourhood& hood);
 
-/// v_new and v_mean of the foreign rows.
+/// v_new and v_mean of the foreign rows, and the velocity of their seams.
 void fill_foreign_velocities(const fem::Mesh& mesh, const Bond& bond, sph::Neighbourhood& hood);
 
-/// Reaction of the particles to the corners; wakes what is pushed.
+/// Reaction of the particles to the seam; wakes what is pushed.
 void add_reaction(const sph::Neighbourhood& hood, const Bond& bond, fem::Mesh& mesh);
 
 /// Energy of the pairs into the elements.

@@ -77,8 +77,12 @@ struct Neighbourhood {
   }
 
   std::vector<core::Vec3> wall_force;     ///< [n_particles] part of each particle's force that rigid walls give; empty without [N]
-  std::vector<core::Vec3> foreign_force;  ///< [n_foreign] force of the particles on each foreigner [N]
-  std::vector<double> foreign_heat;       ///< [n_foreign] energy it gains by its stress's work in the pairs [J]
+  // Force on a foreigner acts on its anchors, the nearer to the middle of the pair the more: rows of points per foreigner.
+  std::vector<std::uint32_t> anchor_start;   ///< [n_foreign + 1]
+  std::vector<core::Vec3> anchor_x;          ///< at n [m]
+  std::vector<core::Vec3> anchor_v_mean;     ///< velocity at which the force does its work [m/s]
+  std::vector<core::Vec3> anchor_force;      ///< of the particles [N]
+  std::vector<double> foreign_heat;       ///< [n_foreign] energy it gains in the pairs [J]
 };
 
 /// True when the lists still hold every pair in reach of the current positions of particles and foreigners.

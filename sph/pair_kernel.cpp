@@ -100,6 +100,9 @@ inline std::uint32_t* store_some(std::uint32_t* to, unsigned bits, const std::ui
 #endif
 }
 
+/// The sum of eight lanes, in one order.
+inline double total(const double* a) { return ((a[0] + a[4]) + (a[2] + a[6])) + ((a[1] + a[5]) + (a[3] + a[7])); }
+
 /// A sum over a row's neighbours, in eight lanes.
 struct Sum {
   Real part[parts];
@@ -109,7 +112,7 @@ struct Sum {
   double total() const {
     double a[8];
     for (int p = 0; p < parts; ++p) core::store(a + p * W, part[p]);
-    return ((a[0] + a[4]) + (a[2] + a[6])) + ((a[1] + a[5]) + (a[3] + a[7]));
+    return sph::EJECTA_ISA::total(a);
   }
   double greatest() const {
     double r = 0;
@@ -293,6 +296,27 @@ template <bool with_other>
 
 inline Real inverse_distance(const Geometry& g) { return Real(1.0) / (g.r2 + Real(0.01) * (g.h * g.h)); }
 
+/// Weights of a foreigner's anchors in its pairs with W particles, into scratch, 32 doubles an anchor from the offset on:
+/// they add up to one and fall to nothing within one spacing of the middle of the pair. A lattice under uniform stress is
+/// then held still within 2e-3 of the stress at any seam.
+inline void weigh_anchors(const AnchorView& anchors, std::size_t k, const Own& own, const Near& b, const Geometry& g,
+                          double* scratch) {
+  constexpr double radius_over_h = 0.9 / h_over_spacing, floor = 1e-9;
+  const Real radius = Real(radius_over_h) * g.h, scale = Real(1.0) / (radius * radius);
+  Real middle[3], sum(0.0);
+  for (int d = 0; d < 3; ++d) middle[d] = Real(0.5) * (own.x[d] + b.place[d]);
+  for (auto n = anchors.start[k]; n < anchors.start[k + 1]; ++n) {
+    Real off[3];
+    for (int d = 0; d < 3; ++d) off[d] = Real(anchors.x[n][d]) - middle[d];
+    const Real u = core::max(Real(1.0) - dot(off, off) * scale, Real(0.0)), weight = u * u + Real(floor);
+    core::store(scratch + 32 * (n - anchors.start[k]), weight);
+    sum += weight;
+  }
+  const Real inverse = Real(1.0) / sum;
+  for (std::size_t n = 0; n < anchors.start[k + 1] - anchors.start[k]; ++n)
+    core::store(scratch + 32 * n, core::load<Real>(scratch + 32 * n) * inverse);
+}
+
 }  // namespace
 
 void find_near(const PairView& v, std::size_t first, std::size_t last, Moment* moment) {
@@ -389,6 +413,75 @@ void pair_work(const PairView& v, const ParticleSettings& s, std::size_t first, 
     to.approach = fastest.greatest();
     for (int d = 0; d < 3; ++d)
       for (int c = 0; c < 3; ++c) to.rate[d][c] = rate[d][c].total();
+  }
+}
+
+void foreign_forces(const PairView& v, const ParticleSettings& s, const AnchorView& anchors, std::size_t first,
+                    std::size_t last) {
+  for (std::size_t i = first; i < last; ++i) {
+    const std::size_t k = i - anchors.n_particles, n_anchors = anchors.start[k + 1] - anchors.start[k];
+    core::Vec3* force = anchors.force + anchors.start[k];
+    for (std::size_t n = 0; n < n_anchors; ++n) force[n] = core::Vec3(0, 0, 0);
+    if (v.n_near[i] == 0) continue;
+    for (std::size_t n = 0; n < 32 * n_anchors; ++n) anchors.scratch[n] = 0;  // of each anchor: weights, force x, y, z
+    const Own own(v.actor[i]);
+    each_eight<false>(v, i, own, [&](const std::uint32_t* id) __attribute__((always_inline)) {
+      for (int p = 0; p < parts; ++p) {
+        Near b;
+        load_eight<0>(v, id + p * W, b.place);
+        const Geometry g = geometry(own, b);
+        PairForce f;
+        pair_force<true>(v, s, own, id + p * W, b, g, inverse_distance(g), f);
+        double* lanes = anchors.scratch + p * W;
+        weigh_anchors(anchors, k, own, b, g, lanes);
+        for (std::size_t n = 0; n < n_anchors; ++n, lanes += 32) {
+          const Real weight = core::load<Real>(lanes);
+          for (int d = 0; d < 3; ++d) {
+            double* sum = lanes + 8 * (d + 1);
+            core::store(sum, core::load<Real>(sum) + weight * ((f.own[d] + f.other[d]) + f.viscous[d]));
+          }
+        }
+      }
+    });
+    for (std::size_t n = 0; n < n_anchors; ++n)
+      for (int d = 0; d < 3; ++d) force[n][d] = total(anchors.scratch + 32 * n + 8 * (static_cast<std::size_t>(d) + 1));
+  }
+}
+
+void foreign_work(const PairView& v, const ParticleSettings& s, const AnchorView& anchors, std::size_t first,
+                  std::size_t last, double* power) {
+  for (std::size_t i = first; i < last; ++i) {
+    power[i - first] = 0;
+    if (v.n_near[i] == 0) continue;
+    const std::size_t k = i - anchors.n_particles, n_anchors = anchors.start[k + 1] - anchors.start[k];
+    const Own own(v.actor[i]);
+    Sum sum;
+    each_eight<false>(v, i, own, [&](const std::uint32_t* id) __attribute__((always_inline)) {
+      for (int p = 0; p < parts; ++p) {
+        Near b;
+        load_eight<0>(v, id + p * W, b.place);
+        const Geometry g = geometry(own, b);
+        PairForce f;
+        pair_force<true>(v, s, own, id + p * W, b, g, inverse_distance(g), f);
+        Real speed[8];  // v_new, v_mean
+        load_eight<256>(v, id + p * W, speed);
+        weigh_anchors(anchors, k, own, b, g, anchors.scratch);
+        Real at_anchors[3] = {Real(0.0), Real(0.0), Real(0.0)};
+        for (std::size_t n = 0; n < n_anchors; ++n)
+          for (int d = 0; d < 3; ++d)
+            at_anchors[d] += core::load<Real>(anchors.scratch + 32 * n) * Real(anchors.v_mean[anchors.start[k] + n][d]);
+        // what the particle does not book of the pair's work: its force acts on the anchors, not at the centre
+        Real all[3], booked[3], from_anchors[3], from_centre[3];
+        for (int d = 0; d < 3; ++d) {
+          all[d] = (f.own[d] + f.other[d]) + f.viscous[d];
+          booked[d] = f.other[d] + Real(0.5) * f.viscous[d];
+          from_anchors[d] = at_anchors[d] - speed[d + 3];
+          from_centre[d] = Real(own.a.v_mean[d]) - speed[d + 3];
+        }
+        sum.part[p] += dot(all, from_anchors) - dot(booked, from_centre);
+      }
+    });
+    power[i - first] = sum.total();
   }
 }
 

@@ -34,13 +34,24 @@ struct Moment {
   double sum[6];
 };
 
-/// Force on a row [N].
+/// The anchors on which forces on foreigners act (Neighbourhood): rows for the foreigners, which are rows n_particles
+/// and on of the pairs.
+struct AnchorView {
+  std::size_t n_particles;
+  const std::uint32_t* start;
+  const core::Vec3* x;
+  const core::Vec3* v_mean;
+  core::Vec3* force;
+  double* scratch;  ///< 32 doubles for each anchor of the longest row
+};
+
+/// Force on a particle [N].
 struct RowForce {
   double all[3];
   double wall[3];  ///< part of images behind rigid walls
 };
 
-/// What a row's forces do at mid-step.
+/// What a particle's forces do at mid-step.
 struct RowWork {
   double power;        ///< of the row's own stress and half the viscosity [W]
   double rate[3][3];   ///< sum of V (v_j - v_i) (x) grad W, before correction [1/s]
@@ -52,6 +63,9 @@ struct RowWork {
   void find_near(const PairView&, std::size_t first, std::size_t last, Moment* moment);                             \
   void pair_forces(const PairView&, const ParticleSettings&, std::size_t first, std::size_t last, RowForce* force); \
   void pair_work(const PairView&, const ParticleSettings&, std::size_t first, std::size_t last, RowWork* work);     \
+  void foreign_forces(const PairView&, const ParticleSettings&, const AnchorView&, std::size_t first, std::size_t last); \
+  void foreign_work(const PairView&, const ParticleSettings&, const AnchorView&, std::size_t first, std::size_t last,    \
+                    double* power);                                                                                      \
   }
 EJECTA_DECLARE(baseline)
 EJECTA_DECLARE(avx2)

@@ -80,22 +80,32 @@ struct PairKernels {
   decltype(&baseline::find_near) find_near;
   decltype(&baseline::pair_forces) pair_forces;
   decltype(&baseline::pair_work) pair_work;
+  decltype(&baseline::foreign_forces) foreign_forces;
+  decltype(&baseline::foreign_work) foreign_work;
 };
 
 static PairKernels kernels() {
+#define EJECTA_KERNELS(isa) {isa::find_near, isa::pair_forces, isa::pair_work, isa::foreign_forces, isa::foreign_work}
   switch (core::isa()) {
-    case core::Isa::avx512: return {avx512::find_near, avx512::pair_forces, avx512::pair_work};
-    case core::Isa::avx2: return {avx2::find_near, avx2::pair_forces, avx2::pair_work};
-    default: return {baseline::find_near, baseline::pair_forces, baseline::pair_work};
+    case core::Isa::avx512: return EJECTA_KERNELS(avx512);
+    case core::Isa::avx2: return EJECTA_KERNELS(avx2);
+    default: return EJECTA_KERNELS(baseline);
   }
+#undef EJECTA_KERNELS
 }
 
-/// f(first, last) over blocks of rows, those of particles and those of foreigners apart.
+/// f(first, last, anchors) over blocks of the foreigners' rows.
 template <class F>
-static void for_each_row_block(const Neighbourhood& hood, F&& f) {
-  core::for_each_block(hood.n_particles, row_block, f);
-  core::for_each_block(hood.n_foreign, row_block,
-                       [&](std::size_t first, std::size_t last) { f(hood.n_particles + first, hood.n_particles + last); });
+static void for_each_foreign_block(Neighbourhood& hood, F&& f) {
+  std::uint32_t longest = 0;
+  for (std::size_t k = 0; k < hood.n_foreign; ++k)
+    longest = std::max(longest, hood.anchor_start[k + 1] - hood.anchor_start[k]);
+  core::for_each_block(hood.n_foreign, row_block, [&](std::size_t first, std::size_t last) {
+    std::vector<double> scratch(32 * longest);
+    const AnchorView anchors{hood.n_particles,          hood.anchor_start.data(), hood.anchor_x.data(),
+                             hood.anchor_v_mean.data(), hood.anchor_force.data(), scratch.data()};
+    f(hood.n_particles + first, hood.n_particles + last, anchors);
+  });
 }
 
 void correct_gradients(const Particles& p, const ParticleSettings& settings, Neighbourhood& hood,
@@ -103,8 +113,10 @@ void correct_gradients(const Particles& p, const ParticleSettings& settings, Nei
   correction.resize(p.size());
   const PairView pairs = view(hood);
   const auto find_near = kernels().find_near;
-  for_each_row_block(hood, [&](std::size_t first, std::size_t last) {
-    if (first >= hood.n_particles) return find_near(pairs, first, last, nullptr);
+  core::for_each_block(hood.n_foreign, row_block, [&](std::size_t first, std::size_t last) {
+    find_near(pairs, hood.n_particles + first, hood.n_particles + last, nullptr);
+  });
+  core::for_each_block(hood.n_particles, row_block, [&](std::size_t first, std::size_t last) {
     std::array<Moment, row_block> moment;
     find_near(pairs, first, last, moment.data());
     for (std::size_t i = first; i < last; ++i) {
@@ -122,19 +134,21 @@ void correct_gradients(const Particles& p, const ParticleSettings& settings, Nei
 static Vec3 vec(const double* a) { return {a[0], a[1], a[2]}; }
 
 void add_pair_forces(const ParticleSettings& settings, Neighbourhood& hood, Particles& p) {
-  hood.foreign_force.resize(hood.n_foreign);
   const bool walls = std::any_of(hood.mirrors.begin(), hood.mirrors.end(), [](const Mirror& m) { return m.wall; });
   hood.wall_force.resize(walls ? hood.n_particles : 0);
+  hood.anchor_force.resize(hood.anchor_x.size());
   const PairView pairs = view(hood);
-  const auto pair_forces = kernels().pair_forces;
-  for_each_row_block(hood, [&](std::size_t first, std::size_t last) {
+  const auto kernel = kernels();
+  core::for_each_block(hood.n_particles, row_block, [&](std::size_t first, std::size_t last) {
     std::array<RowForce, row_block> force;
-    pair_forces(pairs, settings, first, last, force.data());
+    kernel.pair_forces(pairs, settings, first, last, force.data());
     for (std::size_t i = first; i < last; ++i) {
-      const RowForce& f = force[i - first];
-      (i < hood.n_particles ? p.f[i] : hood.foreign_force[i - hood.n_particles]) = vec(f.all);
-      if (walls && i < hood.n_particles) hood.wall_force[i] = vec(f.wall);
+      p.f[i] = vec(force[i - first].all);
+      if (walls) hood.wall_force[i] = vec(force[i - first].wall);
     }
+  });
+  for_each_foreign_block(hood, [&](std::size_t first, std::size_t last, const AnchorView& anchors) {
+    kernel.foreign_forces(pairs, settings, anchors, first, last);
   });
 }
 
@@ -150,16 +164,12 @@ void pair_work(const ParticleSettings& settings, double dt_kick, double dt_drift
   hood.foreign_heat.resize(hood.n_foreign);
   velocity_gradient.resize(p.size());
   const PairView pairs = view(hood);
-  const auto row_work = kernels().pair_work;
-  for_each_row_block(hood, [&](std::size_t first, std::size_t last) {
+  const auto kernel = kernels();
+  core::for_each_block(hood.n_particles, row_block, [&](std::size_t first, std::size_t last) {
     std::array<RowWork, row_block> work;
-    row_work(pairs, settings, first, last, work.data());
+    kernel.pair_work(pairs, settings, first, last, work.data());
     for (std::size_t i = first; i < last; ++i) {
       const RowWork& w = work[i - first];
-      if (i >= hood.n_particles) {
-        hood.foreign_heat[i - hood.n_particles] = -w.power * dt_kick;
-        continue;
-      }
       const Actor& a = hood.actors[i];
       p.pt.e[i] -= w.power * dt_kick / a.m;
       const Mat3 rate = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(w.rate[0]);
@@ -167,6 +177,11 @@ void pair_work(const ParticleSettings& settings, double dt_kick, double dt_drift
       const double signal = settings.viscosity_quadratic * w.approach;
       p.dt[i] = 0.5 * a.h / (a.c + 0.6 * (settings.viscosity_linear * a.c + signal));
     }
+  });
+  for_each_foreign_block(hood, [&](std::size_t first, std::size_t last, const AnchorView& anchors) {
+    double* heat = hood.foreign_heat.data() + (first - hood.n_particles);
+    kernel.foreign_work(pairs, settings, anchors, first, last, heat);
+    for (std::size_t k = 0; k < last - first; ++k) heat[k] *= -dt_kick;
   });
 }
 

@@ -29,7 +29,7 @@ void fill_actors(const Particles& particles, const std::vector<double>& rho_0, N
 void correct_gradients(const Particles& particles, const ParticleSettings& settings, Neighbourhood& hood,
                        std::vector<core::Mat3>& correction);
 
-/// particles.f and hood.foreign_force of time n.
+/// particles.f and hood.anchor_force of time n.
 void add_pair_forces(const ParticleSettings& settings, Neighbourhood& hood, Particles& particles);
 
 /// Work of the same forces with the mean velocities into the particles' energy and hood.foreign_heat, and the velocity
