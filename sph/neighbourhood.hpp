@@ -70,12 +70,6 @@ struct Neighbourhood {
   bool valid = false;
   std::uint64_t builds = 0;
 
-  /// Is this actor a particle or the image of one (of whatever depth)?
-  bool is_particle(std::uint32_t j) const {
-    while (j >= n_particles + n_foreign) j = images[j - n_particles - n_foreign].source;
-    return j < n_particles;
-  }
-
   std::vector<core::Vec3> wall_force;     ///< [n_particles] part of each particle's force that rigid walls give; empty without [N]
   // Force on a foreigner acts on its anchors, the nearer to the middle of the pair the more: rows of points per foreigner.
   std::vector<std::uint32_t> anchor_start;   ///< [n_foreign + 1]

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sph/particle_forces.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
 #include "core/isa.hpp"
 #include "core/parallel.hpp"
-#include "sph/pair_kernel.hpp"
+#include "sph/stress_kernel.hpp"
 
 namespace sph {
 
@@ -35,40 +34,6 @@ void fill_actors(const Particles& p, const std::vector<double>& rho_0, Neighbour
   });
 }
 
-static Mat3 stress_of(const core::Points& pt, std::size_t i) {
-  Mat3 s;
-  s << pt.s[0][i], pt.s[3][i], pt.s[5][i], pt.s[3][i], pt.s[1][i], pt.s[4][i], pt.s[5][i], pt.s[4][i], pt.s[2][i];
-  s.diagonal().array() -= pt.p[i];
-  return s;
-}
-
-/// -epsilon sigma for every tensile principal stress: pushes along it (Gray et al., eqs 3.12-3.14).
-static void artificial_stress(const Mat3& sigma, double epsilon, Actor& a) {
-  a.tension = 0;
-  const double largest = sigma.diagonal().maxCoeff() + sigma.cwiseAbs().sum() - sigma.diagonal().cwiseAbs().sum();
-  if (!(largest > 0) || epsilon == 0) return;  // a bound on the largest principal stress
-  Eigen::SelfAdjointEigenSolver<Mat3> solver;
-  solver.computeDirect(sigma);
-  const Vec3 pull = solver.eigenvalues().cwiseMax(0.0);
-  if (pull.maxCoeff() <= 0) return;
-  const Mat3 r = -epsilon * solver.eigenvectors() * pull.asDiagonal() * solver.eigenvectors().transpose();
-  a.artificial = {r(0, 0), r(1, 1), r(2, 2), r(0, 1), r(1, 2), r(2, 0)};
-  a.tension = 1;
-}
-
-/// B from the moment matrix M: its inverse where the neighbours span space, the identity where they do not.
-static Mat3 correction_of(const Mat3& moment) {
-  constexpr double poor = 0.004, enough = 0.016;  // det M on a lattice: 0.95 inside, 0.30 face, 0.093 edge, 0.028 corner
-  const double det = moment.determinant();
-  if (!(det > poor)) return Mat3::Identity();
-  const double w = std::min(1.0, (det - poor) / (enough - poor));
-  Mat3 b = moment.inverse();
-  // a thin sheet can have a fair determinant and one weak direction
-  const double size = b.cwiseAbs().maxCoeff();
-  if (size > 8) return Mat3::Identity();
-  return w * b + (1 - w) * Mat3::Identity();
-}
-
 /// Rows that one call of a kernel goes through: what it leaves for them fits the first cache.
 constexpr std::size_t row_block = 64;
 
@@ -78,6 +43,7 @@ static PairView view(Neighbourhood& hood) {
 
 struct PairKernels {
   decltype(&baseline::find_near) find_near;
+  decltype(&baseline::correct_rows) correct_rows;
   decltype(&baseline::pair_forces) pair_forces;
   decltype(&baseline::pair_work) pair_work;
   decltype(&baseline::foreign_forces) foreign_forces;
@@ -85,7 +51,8 @@ struct PairKernels {
 };
 
 static PairKernels kernels() {
-#define EJECTA_KERNELS(isa) {isa::find_near, isa::pair_forces, isa::pair_work, isa::foreign_forces, isa::foreign_work}
+#define EJECTA_KERNELS(isa) \
+  {isa::find_near, isa::correct_rows, isa::pair_forces, isa::pair_work, isa::foreign_forces, isa::foreign_work}
   switch (core::isa()) {
     case core::Isa::avx512: return EJECTA_KERNELS(avx512);
     case core::Isa::avx2: return EJECTA_KERNELS(avx2);
@@ -112,22 +79,14 @@ void correct_gradients(const Particles& p, const ParticleSettings& settings, Nei
                        std::vector<Mat3>& correction) {
   correction.resize(p.size());
   const PairView pairs = view(hood);
-  const auto find_near = kernels().find_near;
+  const auto kernel = kernels();
   core::for_each_block(hood.n_foreign, row_block, [&](std::size_t first, std::size_t last) {
-    find_near(pairs, hood.n_particles + first, hood.n_particles + last, nullptr);
+    kernel.find_near(pairs, hood.n_particles + first, hood.n_particles + last, nullptr);
   });
   core::for_each_block(hood.n_particles, row_block, [&](std::size_t first, std::size_t last) {
     std::array<Moment, row_block> moment;
-    find_near(pairs, first, last, moment.data());
-    for (std::size_t i = first; i < last; ++i) {
-      const double* s = moment[i - first].sum;
-      Mat3 m;
-      m << s[0], s[3], s[5], s[3], s[1], s[4], s[5], s[4], s[2];
-      correction[i] = correction_of(m);
-      const Mat3 sigma = stress_of(p.pt, i);
-      hood.actors[i].stress = sigma * correction[i].transpose();
-      artificial_stress(sigma, settings.artificial_stress, hood.actors[i]);
-    }
+    kernel.find_near(pairs, first, last, moment.data());
+    kernel.correct_rows(p.pt, settings.artificial_stress, first, last, moment.data(), correction.data(), hood.actors.data());
   });
 }
 
