@@ -128,7 +128,7 @@ static void choose_settings(Simulation& s) {
   if (c.viscosity_linear >= 0) e.viscosity_linear = c.viscosity_linear;
   if (c.viscosity_quadratic >= 0) e.viscosity_quadratic = c.viscosity_quadratic;
   e.hourglass_stiffness = c.hourglass == "stiffness";
-  e.hourglass = c.hourglass_coefficient >= 0 ? c.hourglass_coefficient : 0.05;
+  e.hourglass = c.hourglass_coefficient >= 0 ? c.hourglass_coefficient : 0.04;
   if (e.hourglass_stiffness) s.mesh.elements.hourglass.assign(s.mesh.elements.size() * 12, 0.0);
 
   auto& k = s.criteria;
@@ -146,6 +146,7 @@ static void choose_settings(Simulation& s) {
 
   s.contact_settings = {c.contact, c.friction};
   s.bond.hold = c.bond;
+  s.bond.per_edge = c.particles_per_edge;
   double speed = 0;
   for (const auto& b : c.bodies) speed = std::max(speed, b.velocity.norm());
   constexpr double default_sleep = 1e-10;  // of the impact speed

@@ -46,10 +46,6 @@ class OccupiedCells {
   std::unordered_set<std::uint64_t> cells_;
 };
 
-static double smoothing_length(const fem::Elements& e, std::size_t el) {
-  return sph::h_over_spacing * std::cbrt(e.pt.m[el] / e.pt.rho[el]);
-}
-
 void find_elements(const fem::Mesh& mesh, const sph::Particles& p, Bond& bond) {
   const fem::Elements& e = mesh.elements;
   bond.elements.clear();
@@ -64,10 +60,11 @@ void find_elements(const fem::Mesh& mesh, const sph::Particles& p, Bond& bond) {
     high = high.cwiseMax(p.x[i]);
     h_max = std::max(h_max, p.h[i]);
   }
-  const double reach = sph::watched_reaches * sph::kernel_reach * h_max;
+  const double range = sph::kernel_reach * h_max * bond.per_edge;  // centres of elements lie further than those of their parts
+  const double reach = sph::watched_reaches * range;
   low.array() -= reach;
   high.array() += reach;
-  const OccupiedCells cells(p, reach), near_cells(p, sph::foreign_reaches * sph::kernel_reach * h_max);
+  const OccupiedCells cells(p, reach), near_cells(p, sph::foreign_reaches * range);
   std::vector<std::uint8_t> near(e.size());
   core::for_each(e.size(), [&](std::size_t el) {
     if (!e.alive[el]) return;
@@ -113,12 +110,19 @@ void find_seam(const fem::Mesh& mesh, Bond& bond) {
 }
 
 void update_centres(const fem::Mesh& mesh, Bond& bond) {
-  bond.x.resize(bond.elements.size());
-  core::for_each(bond.elements.size(),
-                 [&](std::size_t k) { bond.x[k] = fem::centre(mesh, bond.elements[k], mesh.nodes.x); });
+  const auto parts = static_cast<std::size_t>(bond.parts());
+  bond.x.resize(bond.elements.size() * parts);
+  core::for_each(bond.x.size(), [&](std::size_t k) {
+    bond.x[k] = fem::at(mesh, bond.elements[k / parts], mesh.nodes.x, fem::part_centre(bond.per_edge, static_cast<int>(k % parts)));
+  });
   bond.watched_x.resize(bond.watched.size());
   core::for_each(bond.watched.size(),
                  [&](std::size_t k) { bond.watched_x[k] = fem::centre(mesh, bond.watched[k], mesh.nodes.x); });
+}
+
+/// Nodes that take the reaction of the k-th bonded element.
+static std::span<const std::uint32_t> seam_of(const Bond& bond, std::size_t k) {
+  return std::span(bond.seam_node).subspan(bond.seam_start[k], bond.seam_start[k + 1] - bond.seam_start[k]);
 }
 
 /// Correction of the kernel's gradient inside a cubic lattice (particle_forces.hpp): B = 1 / 0.98523 for h = 1.2 spacings.
@@ -133,19 +137,25 @@ static const double lattice_correction = [] {
 
 void fill_foreign(const fem::Mesh& mesh, const Bond& bond, sph::Neighbourhood& hood) {
   const fem::Elements& e = mesh.elements;
-  hood.anchor_start = bond.seam_start;
-  hood.anchor_x.resize(bond.seam_node.size());
-  core::for_each(bond.seam_node.size(), [&](std::size_t i) { hood.anchor_x[i] = mesh.nodes.x[bond.seam_node[i]]; });
-  core::for_each(bond.elements.size(), [&](std::size_t k) {
-    const std::size_t el = bond.elements[k];
+  const auto parts = static_cast<std::size_t>(bond.parts());
+  hood.anchor_spacing = bond.per_edge;
+  hood.anchor_start.assign(1, 0);
+  hood.anchor_x.clear();
+  for (std::size_t k = 0; k < bond.x.size(); ++k) {
+    const auto seam = seam_of(bond, k / parts);
+    for (const auto nd : seam) hood.anchor_x.push_back(mesh.nodes.x[nd]);
+    hood.anchor_start.push_back(static_cast<std::uint32_t>(hood.anchor_x.size()));
+  }
+  core::for_each(bond.x.size(), [&](std::size_t k) {
+    const std::size_t el = bond.elements[k / parts];
     sph::Actor& a = hood.actors[hood.n_particles + k];
     a = {};
     a.x = bond.x[k];
-    a.v = fem::centre(mesh, el, mesh.nodes.v);
-    a.m = e.pt.m[el];
+    a.v = fem::at(mesh, el, mesh.nodes.v, fem::part_centre(bond.per_edge, static_cast<int>(k % parts)));
+    a.m = e.pt.m[el] / bond.parts();
     a.rho = e.pt.rho[el];
     a.volume = a.m / a.rho;
-    a.h = smoothing_length(e, el);
+    a.h = sph::h_over_spacing * std::cbrt(a.volume);
     a.c = e.pt.c[el];
     a.spread = 1;
     const double p = e.pt.p[el];
@@ -159,32 +169,39 @@ void fill_foreign(const fem::Mesh& mesh, const Bond& bond, sph::Neighbourhood& h
 }
 
 void fill_foreign_velocities(const fem::Mesh& mesh, const Bond& bond, sph::Neighbourhood& hood) {
-  hood.anchor_v_mean.resize(bond.seam_node.size());
-  core::for_each(bond.seam_node.size(), [&](std::size_t i) { hood.anchor_v_mean[i] = mesh.nodes.v_mean[bond.seam_node[i]]; });
-  core::for_each(bond.elements.size(), [&](std::size_t k) {
+  const auto parts = static_cast<std::size_t>(bond.parts());
+  hood.anchor_v_mean.resize(hood.anchor_x.size());
+  core::for_each(bond.x.size(), [&](std::size_t k) {
+    const std::size_t el = bond.elements[k / parts];
+    const Vec3 xi = fem::part_centre(bond.per_edge, static_cast<int>(k % parts));
     sph::Actor& a = hood.actors[hood.n_particles + k];
-    a.v_new = fem::centre(mesh, bond.elements[k], mesh.nodes.v);
-    a.v_mean = fem::centre(mesh, bond.elements[k], mesh.nodes.v_mean);
+    a.v_new = fem::at(mesh, el, mesh.nodes.v, xi);
+    a.v_mean = fem::at(mesh, el, mesh.nodes.v_mean, xi);
+    auto row = hood.anchor_start[k];
+    for (const auto nd : seam_of(bond, k / parts)) hood.anchor_v_mean[row++] = mesh.nodes.v_mean[nd];
   });
 }
 
 void add_reaction(const sph::Neighbourhood& hood, const Bond& bond, fem::Mesh& mesh) {
+  const auto parts = static_cast<std::size_t>(bond.parts());
   std::vector<std::uint32_t> pushed;
-  for (std::size_t k = 0; k < bond.elements.size(); ++k) {
+  for (std::size_t k = 0; k < bond.x.size(); ++k) {
     bool any = false;
-    for (auto i = bond.seam_start[k]; i < bond.seam_start[k + 1]; ++i) {
-      mesh.nodes.f[bond.seam_node[i]] += hood.anchor_force[i];
-      any |= !hood.anchor_force[i].isZero(0);
+    auto row = hood.anchor_start[k];
+    for (const auto nd : seam_of(bond, k / parts)) {
+      mesh.nodes.f[nd] += hood.anchor_force[row];
+      any |= !hood.anchor_force[row++].isZero(0);
     }
-    if (any) pushed.push_back(bond.elements[k]);
+    if (any) pushed.push_back(bond.elements[k / parts]);
   }
   fem::wake_elements(mesh, pushed);
 }
 
 void add_heat(const sph::Neighbourhood& hood, const Bond& bond, fem::Mesh& mesh) {
+  const auto parts = static_cast<std::size_t>(bond.parts());
   core::Points& pt = mesh.elements.pt;
-  for (std::size_t k = 0; k < bond.elements.size(); ++k)
-    pt.e[bond.elements[k]] += hood.foreign_heat[k] / pt.m[bond.elements[k]];
+  for (std::size_t k = 0; k < bond.x.size(); ++k)
+    pt.e[bond.elements[k / parts]] += hood.foreign_heat[k] / pt.m[bond.elements[k / parts]];
 }
 
 }  // namespace coupling

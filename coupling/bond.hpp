@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The bond: alive elements within a kernel's reach of a particle stand in the SPH sums as foreign actors at their
-// centres, with their own stress. The elements' own faces towards the particles are left unbalanced by what was converted,
+// The bond: alive elements within a kernel's reach of a particle stand in the SPH sums as foreign actors, with their own
+// stress: as the particles that they would become, one or n^3 parts an element. The elements' own faces towards the particles are left unbalanced by what was converted,
 // so that is where the reaction goes: to the nodes of the seam next to each foreign element. What the pairs' work there
 // leaves over goes to its energy. Elements of the particle's own body hold it (bond = true) or only push (bond = false); elements of
 // other bodies only push.
@@ -16,12 +16,15 @@
 namespace coupling {
 
 struct Bond {
-  std::vector<std::uint32_t> elements;  ///< foreign actors, ascending
-  std::vector<core::Vec3> x;            ///< their centres [m]
+  int per_edge = 1;                     ///< n: particles an element would become along its edge
+  std::vector<std::uint32_t> elements;  ///< in reach, ascending
+  std::vector<core::Vec3> x;            ///< centres of their parts: the foreign actors, n^3 an element [m]
   std::vector<std::uint32_t> watched;   ///< elements not in reach but near enough to come into it soon, ascending
   std::vector<core::Vec3> watched_x;    ///< their centres [m]
-  std::vector<std::uint32_t> seam_start, seam_node;  ///< rows of the nodes that take the reaction of each foreign actor
+  std::vector<std::uint32_t> seam_start, seam_node;  ///< rows of the nodes that take the reaction, one an element
   bool hold = true;                     ///< [convert] bond
+
+  int parts() const { return per_edge * per_edge * per_edge; }
 };
 
 /// Elements whose centre lies within reach of a particle, and a skin; and those to be watched. Images need no search of their own: an element in

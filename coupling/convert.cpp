@@ -12,17 +12,6 @@ static double corner_kinetic(const fem::Mesh& mesh, std::size_t el) {
   return 0.0625 * mesh.elements.pt.m[el] * k;
 }
 
-/// Trilinear interpolation of a nodal vector at a point of the parent cube.
-static Vec3 at(const fem::Mesh& mesh, std::size_t el, const std::vector<Vec3>& a, const Vec3& xi) {
-  constexpr double sign[8][3] = {{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1},
-                                 {-1, -1, 1},  {1, -1, 1},  {1, 1, 1},  {-1, 1, 1}};
-  Vec3 r = Vec3::Zero();
-  for (std::size_t i = 0; i < 8; ++i)
-    r += 0.125 * (1 + sign[i][0] * xi[0]) * (1 + sign[i][1] * xi[1]) * (1 + sign[i][2] * xi[2]) *
-         a[static_cast<std::size_t>(mesh.elements.node[el][i])];
-  return r;
-}
-
 static void copy_row(core::Points& from, std::size_t row, core::Points& to, std::size_t new_row) {
   std::vector<std::vector<double>*> source;
   from.each_field([&](std::vector<double>& a) { source.push_back(&a); });
@@ -35,24 +24,22 @@ static double convert(fem::Mesh& mesh, sph::Particles& p, std::size_t el, int n,
   double kinetic = 0;
   const double mass = e.pt.m[el] / (n * n * n);
   std::size_t i = first;
-  for (int a = 0; a < n; ++a)
-    for (int b = 0; b < n; ++b)
-      for (int c = 0; c < n; ++c, ++i) {
-        const Vec3 xi((2 * a + 1.0) / n - 1, (2 * b + 1.0) / n - 1, (2 * c + 1.0) / n - 1);
-        copy_row(e.pt, el, p.pt, i);
-        p.pt.m[i] = mass;
-        p.pt.q[i] = 0;
-        p.x[i] = at(mesh, el, mesh.nodes.x, xi);
-        p.v[i] = at(mesh, el, mesh.nodes.v, xi);
-        p.v_mean[i] = p.v[i];
-        p.body[i] = e.body[el];
-        p.parent[i] = static_cast<std::uint32_t>(el);
-        p.id[i] = static_cast<std::uint32_t>(i);
-        p.spread[i] = 1;
-        p.dt[i] = e.dt[el];
-        sph::set_smoothing_length(p, i);
-        kinetic += 0.5 * mass * p.v[i].squaredNorm();
-      }
+  for (int k = 0; k < n * n * n; ++k, ++i) {
+    const Vec3 xi = fem::part_centre(n, k);
+    copy_row(e.pt, el, p.pt, i);
+    p.pt.m[i] = mass;
+    p.pt.q[i] = 0;
+    p.x[i] = fem::at(mesh, el, mesh.nodes.x, xi);
+    p.v[i] = fem::at(mesh, el, mesh.nodes.v, xi);
+    p.v_mean[i] = p.v[i];
+    p.body[i] = e.body[el];
+    p.parent[i] = static_cast<std::uint32_t>(el);
+    p.id[i] = static_cast<std::uint32_t>(i);
+    p.spread[i] = 1;
+    p.dt[i] = e.dt[el];
+    sph::set_smoothing_length(p, i);
+    kinetic += 0.5 * mass * p.v[i].squaredNorm();
+  }
   const double lost = corner_kinetic(mesh, el) - kinetic;
   for (std::size_t k = first; k < i; ++k) p.pt.e[k] += lost / e.pt.m[el];
   fem::remove_element(mesh, el, false);

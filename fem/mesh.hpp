@@ -85,6 +85,14 @@ inline void gather(const Elements& elements, std::size_t el, const std::vector<c
 /// Mean of the corners [m].
 core::Vec3 centre(const Mesh& mesh, std::size_t el, const std::vector<core::Vec3>& a);
 
+/// Trilinear interpolation of a nodal vector at a point of the parent cube, xi in [-1, 1].
+core::Vec3 at(const Mesh& mesh, std::size_t el, const std::vector<core::Vec3>& a, const core::Vec3& xi);
+
+/// Centre of part k of an n x n x n division of the parent cube: where particles of an element are born.
+inline core::Vec3 part_centre(int n, int k) {
+  return {(2 * (k / (n * n)) + 1.0) / n - 1, (2 * (k / n % n) + 1.0) / n - 1, (2 * (k % n) + 1.0) / n - 1};
+}
+
 /// Takes an element out: its corners carry no force, and its share of the nodes' mass goes with it unless keep_mass.
 void remove_element(Mesh& mesh, std::size_t el, bool keep_mass);
 

@@ -72,6 +72,7 @@ struct Neighbourhood {
 
   std::vector<core::Vec3> wall_force;     ///< [n_particles] part of each particle's force that rigid walls give; empty without [N]
   // Force on a foreigner acts on its anchors, the nearer to the middle of the pair the more: rows of points per foreigner.
+  double anchor_spacing = 1;                 ///< of neighbouring anchors, in spacings of particles
   std::vector<std::uint32_t> anchor_start;   ///< [n_foreign + 1]
   std::vector<core::Vec3> anchor_x;          ///< at n [m]
   std::vector<core::Vec3> anchor_v_mean;     ///< velocity at which the force does its work [m/s]

@@ -268,8 +268,9 @@ template <bool with_other>
   const bool a_pulls = a.tension > 0;
   const Yes b_pulls = b.in_tension();
   if (a_pulls || (with_other && core::any(b_pulls))) {
-    // held at its value for the regular spacing: uncapped it reaches 110 for pairs that nearly meet
-    const Real w = core::min(kernel_over_spacing(g.r * g.inverse_h), Real(1.0)), w2 = w * w, weight = vv * (w2 * w2);
+    // nothing at the regular spacing, where it would only weaken the matter; held below where pairs nearly meet
+    const Real w = kernel_over_spacing(g.r * g.inverse_h), w2 = w * w;
+    const Real weight = vv * core::min(core::max(w2 * w2 - Real(1.0), Real(0.0)), Real(1.0));
     Real push[3];
     if (a_pulls) {
       apply_symmetric(a.artificial.data(), f.gradient, push);
@@ -297,12 +298,12 @@ template <bool with_other>
 inline Real inverse_distance(const Geometry& g) { return Real(1.0) / (g.r2 + Real(0.01) * (g.h * g.h)); }
 
 /// Weights of a foreigner's anchors in its pairs with W particles, into scratch, 32 doubles an anchor from the offset on:
-/// they add up to one and fall to nothing within one spacing of the middle of the pair. A lattice under uniform stress is
-/// then held still within 2e-3 of the stress at any seam.
+/// they add up to one and fall to nothing within one spacing of anchors from the middle of the pair. A lattice under uniform
+/// stress is then held still within 2e-3 of the stress at any seam.
 inline void weigh_anchors(const AnchorView& anchors, std::size_t k, const Own& own, const Near& b, const Geometry& g,
                           double* scratch) {
   constexpr double radius_over_h = 0.9 / h_over_spacing, floor = 1e-9;
-  const Real radius = Real(radius_over_h) * g.h, scale = Real(1.0) / (radius * radius);
+  const Real radius = Real(anchors.spacing * radius_over_h) * g.h, scale = Real(1.0) / (radius * radius);
   Real middle[3], sum(0.0);
   for (int d = 0; d < 3; ++d) middle[d] = Real(0.5) * (own.x[d] + b.place[d]);
   for (auto n = anchors.start[k]; n < anchors.start[k + 1]; ++n) {

@@ -38,6 +38,7 @@ struct Moment {
 /// and on of the pairs.
 struct AnchorView {
   std::size_t n_particles;
+  double spacing;  ///< of neighbouring anchors, in spacings of particles
   const std::uint32_t* start;
   const core::Vec3* x;
   const core::Vec3* v_mean;

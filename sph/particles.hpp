@@ -46,4 +46,7 @@ T smoothing_length(T m, T rho, T h_0) {
 /// h of a particle whose mass and density are set, and its bounds where this is its birth.
 void set_smoothing_length(Particles& particles, std::size_t i);
 
+/// Stores the particles along the octree's curve, so that neighbours in space are neighbours in memory.
+void sort_along_curve(Particles& particles);
+
 }  // namespace sph

@@ -25,6 +25,7 @@ void squeeze(app::Simulation& s, double ratio) {
 /// Converts every element whose centre is `inside`, as the step itself does.
 coupling::Removal convert(app::Simulation& s, int per_edge, const std::function<bool(const Vec3&)>& inside) {
   std::vector<std::uint32_t> chosen;
+  s.bond.per_edge = per_edge;
   for (std::uint32_t el = 0; el < s.mesh.elements.size(); ++el)
     if (s.mesh.elements.alive[el] && inside(fem::centre(s.mesh, el, s.mesh.nodes.x))) chosen.push_back(el);
   const auto r = coupling::convert_elements(s.mesh, s.particles, chosen, per_edge);
