@@ -118,7 +118,12 @@ int command_line(int argc, char** argv) {
   c_check->callback([&] { code = check_case(a); });
   auto* c_measure = cli.add_subcommand("measure", "the measurements again, from the stored state");
   c_measure->add_option("DIR", a.target)->required();
-  c_measure->callback([&] { fmt::print("{}", measure_again(a.target)); });
+  bool series = false;
+  c_measure->add_flag("--series", series, "every snapshot as well, into DIR/measurements.csv");
+  c_measure->callback([&] {
+    fmt::print("{}", measure_again(a.target));
+    if (series) measure_series(a.target);
+  });
   auto* c_materials = cli.add_subcommand("materials", "the library: constants, units, sources");
   c_materials->add_option("NAME", material);
   c_materials->callback([&] { code = list_materials(material); });

@@ -249,6 +249,22 @@ int resume(const std::string& dir) {
   return conclude(*s, out, before);
 }
 
+void measure_series(const std::string& dir) {
+  if (!fs::exists(dir + "/run.h5")) throw core::CaseError(fmt::format("{}: holds no run.h5 to measure", dir));
+  const auto s = set_up(io::read_case(dir + "/case.toml"));
+  std::ofstream out(dir + "/measurements.csv");
+  out << "time_s,key,value,unit\n";
+  for (int k = 0; k < static_cast<int>(io::snapshot_times(dir).size()); ++k) {
+    const auto snapshot = io::read_snapshot(dir, k);
+    measure::Scene scene = s->scene;
+    const auto frozen = recall(snapshot, scene);
+    for (const auto& v : measure_snapshot(snapshot, scene, frozen).values)
+      out << fmt::format("{:.9e},{},{:.9e},{}\n", snapshot.time, v.key, v.value, v.unit);
+  }
+  out.close();
+  if (!out) throw core::GuardError(fmt::format("{}/measurements.csv: cannot be written; free some space and try again", dir));
+}
+
 std::string measure_again(const std::string& dir) {
   if (!fs::exists(dir + "/run.h5")) throw core::CaseError(fmt::format("{}: holds no run.h5 to measure", dir));
   const auto s = set_up(io::read_case(dir + "/case.toml"));

@@ -19,4 +19,7 @@ int resume(const std::string& dir);
 /// Measures DIR's last stored state again and rewrites the measurements in summary.json. Returns the table.
 std::string measure_again(const std::string& dir);
 
+/// Measures every stored state of DIR into DIR/measurements.csv: time_s,key,value,unit.
+void measure_series(const std::string& dir);
+
 }  // namespace app

@@ -211,6 +211,8 @@ std::unique_ptr<Simulation> set_up(const io::Case& given) {
   fem::finish(s->mesh);
   hold_symmetry(spec.symmetry, s->mesh.nodes);
   s->scene = make_scene(spec, placed);
+  for (std::size_t el = 0; el < s->mesh.elements.size(); ++el)
+    s->scene.built.push_back(fem::centre(s->mesh, el, s->mesh.nodes.x));
   for (std::size_t b = 0; b < placed.size(); ++b) {
     auto& e = s->mesh.elements;
     const auto& material = s->materials[b];

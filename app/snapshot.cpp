@@ -157,6 +157,7 @@ measure::Matter matter_of(const io::Snapshot& s) {
   m.damage = joined(s, "damage");
   m.size = joined(s, "size");
   for (const double b : joined(s, "body")) m.body.push_back(static_cast<int>(b));
+  for (const double id : joined(s, "id")) m.parent.push_back(static_cast<std::uint32_t>(id));
   return m;
 }
 

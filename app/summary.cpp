@@ -149,11 +149,11 @@ void rewrite_measurements(const std::string& dir, const io::Case& spec, const me
 }
 
 void write_fragments(const std::string& dir, const measure::Result& result) {
-  std::string text = "mass_kg,size_m,x_m,y_m,z_m,vx_m_s,vy_m_s,vz_m_s,temperature_K,projectile_fraction,points,lone\n";
+  std::string text = "mass_kg,size_m,x_m,y_m,z_m,vx_m_s,vy_m_s,vz_m_s,temperature_K,projectile_fraction,points,lone,failed_fraction,links_cut,cut_by_reach\n";
   for (const auto& f : result.fragments)
-    text += fmt::format("{:.9e},{:.6e},{:.6e},{:.6e},{:.6e},{:.9e},{:.9e},{:.9e},{:.1f},{:.6f},{},{}\n", f.mass, f.size,
+    text += fmt::format("{:.9e},{:.6e},{:.6e},{:.6e},{:.6e},{:.9e},{:.9e},{:.9e},{:.1f},{:.6f},{},{},{:.4f},{},{:.4f}\n", f.mass, f.size,
                         f.x[0], f.x[1], f.x[2], f.v[0], f.v[1], f.v[2], f.temperature, f.projectile_fraction, f.n_points,
-                        f.lone ? 1 : 0);
+                        f.lone ? 1 : 0, f.failed_fraction, f.links_cut, f.cut_by_reach);
   write_file(dir + "/fragments.csv", text);
 }
 

@@ -179,15 +179,62 @@ class Cloud {
 
 }  // namespace
 
+namespace {
+
+/// Nothing passes through a plate's material, so what crossed its mid-plane within its edges went through an opening, and
+/// what crossed it outside flew round. Behind a plate debris flies straight, so its velocity tells where it crossed.
+bool came_through(const PlateFrame& frame, const Vec3& local_x, const Vec3& local_v) {
+  const bool recedes = local_v.z() < 0;
+  return frame.rim(recedes ? Vec3(local_x - local_x.z() / local_v.z() * local_v) : local_x) <= 1;
+}
+
+/// Where the plate's held material lies, seen from behind: matter above it has not come through.
+class Underside {
+ public:
+  Underside(const Whole& whole, const PlateFrame& frame, int body) {
+    Surface upside_down = surface_of(whole, frame, body, whole.held);
+    const Window window = disturbed_window(upside_down, frame);
+    if (!window.exists) return;
+    for (Quad& q : upside_down.quads)
+      for (Vec3& x : q.x) x.z() = -x.z();
+    for (Sphere& s : upside_down.spheres) s.x.z() = -s.x.z();
+    columns_ = columns_over(window, window.size);
+    depth_ = front_heights(upside_down, columns_);
+  }
+  /// True for a point with held material farther back.
+  bool is_above(const Vec3& local_x) const {
+    const auto cell = [&](int axis) { return static_cast<int>(std::floor((local_x[axis] - columns_.low[axis]) / columns_.h)); };
+    const int i = cell(0), j = cell(1);
+    if (depth_.empty() || i < 0 || j < 0 || i >= columns_.n[0] || j >= columns_.n[1]) return false;
+    return depth_[columns_.index(i, j)] > -local_x.z();
+  }
+
+ private:
+  Columns columns_;
+  std::vector<double> depth_;
+};
+
+}  // namespace
+
 std::vector<std::uint32_t> cloud_rows(const Whole& whole, const Scene& scene, std::size_t plate_index) {
-  const PlateFrame frame = plate_frame(scene, scene.plates[plate_index]);
+  const int plate = scene.plates[plate_index];
+  const PlateFrame frame = plate_frame(scene, plate);
   const auto later = scene.plates.begin() + static_cast<std::ptrdiff_t>(plate_index) + 1;
+  std::optional<Underside> underside;  // only where debris may lie in a dish
+  const auto lies_in_dish = [&](std::uint32_t row, const Vec3& x) {
+    if ((whole.matter.v[row] - whole.rims[plate].velocity).norm() > loose_speed * whole.impact_speed) return false;
+    if (!underside) underside.emplace(whole, frame, plate);
+    return underside->is_above(x);
+  };
   Rows rows;
-  for (std::size_t row = 0; row < whole.size(); ++row) {
+  for (std::uint32_t row = 0; row < whole.size(); ++row) {
     if (!whole.debris[row] || whole.matter.v[row].dot(whole.flight) <= 0) continue;
-    if (frame.local(whole.matter.x[row]).z() >= -frame.half.z()) continue;
-    if (std::find(later, scene.plates.end(), whole.matter.body[row]) != scene.plates.end()) continue;
-    rows.push_back(static_cast<std::uint32_t>(row));
+    const Vec3 x = frame.local(whole.matter.x[row]);
+    if (x.z() >= -frame.half.z()) continue;
+    const int body = whole.matter.body[row];
+    if (std::find(later, scene.plates.end(), body) != scene.plates.end()) continue;
+    if (body != plate && (!came_through(frame, x, frame.axes * whole.matter.v[row]) || lies_in_dish(row, x))) continue;
+    rows.push_back(row);
   }
   return rows;
 }

@@ -13,6 +13,7 @@ namespace {
 
 constexpr double below_face = 0.1;        // of an element
 constexpr double least_depth = 0.5;       // of an element: shallower is no crater
+constexpr double dished_part = 0.5;       // of the depth: a wall whose back gave way by more is dished
 constexpr double column_of_element = 0.5;
 constexpr double most_columns = 4e6;
 
@@ -48,6 +49,8 @@ void measure_crater(const Plate& plate, Result& result) {
   if (!plate.opening.through) add(result, plate.name + ".crater_depth", depth, "m");
   add(result, plate.name + ".crater_lip_height", lip_height(plate.held, face), "m");
 
+  // The plane of the front face cuts a dished wall along the dish's rim, wherever its crater ends.
+  if (bulge(plate) > dished_part * depth) return;
   std::vector<char> sunk(heights.size());
   for (std::size_t k = 0; k < heights.size(); ++k) sunk[k] = heights[k] < face - least_depth * plate.window.size;
   const Patch crater = largest_patch(columns, sunk);

@@ -23,6 +23,9 @@ struct Plate {
 };
 Plate make_plate(const Whole& whole, const Scene& scene, int body);
 
+/// How far the held material reaches beyond the back face as built [m].
+double bulge(const Plate& plate);
+
 void measure_hole(const Whole& whole, const Plate& plate, Result& result);
 void measure_crater(const Plate& plate, Result& result);
 void measure_wall(const Whole& whole, const Scene& scene, const Plate& plate, Result& result);

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,8 @@ struct Matter {
   std::vector<double> eps_p, damage;
   std::vector<double> size;         ///< edge of an element (cube root of its volume), spacing of a particle (cbrt(m/rho)) [m]
   std::vector<int> body;            ///< parent body
+  std::vector<std::uint32_t> parent; ///< element it is or came from, a row of Scene::built; may be empty
+  std::vector<core::Vec3> built;    ///< where that element was built [m]; filled by make_whole
   std::vector<std::array<std::int32_t, 8>> node;  ///< [n_elements] corners, see fem/mesh.hpp for their order
   std::vector<core::Vec3> node_x;   ///< [m]
 };
@@ -46,6 +49,7 @@ struct Scene {
   core::Vec3 aim{0, 0, 0};          ///< where the line of flight meets the first plate's front face [m]
   double projectile_size = 0;       ///< diameter [m]
   double element_size = 0;          ///< fine mesh of the first plate [m]
+  std::vector<core::Vec3> built;    ///< centres of all elements as built [m]; empty where unknown
   core::Symmetry symmetry;          ///< the matter given is the part on the positive sides
   double time = 0;                  ///< [s]
   double peak_pressure_axis = 0, peak_pressure_axis_hugoniot = 0, peak_pressure_max = 0;  ///< recorded while running [Pa]
@@ -64,6 +68,9 @@ struct Fragment {
   double projectile_fraction = 0;               ///< mass that came from the projectile [-]
   int n_points = 0;
   bool lone = false;                            ///< a single particle out of every kernel's reach
+  double failed_fraction = 0;                   ///< mass that has failed: powder, whatever piece it lies in [-]
+  int links_cut = 0;                            ///< neighbours as built that are no longer of this piece
+  double cut_by_reach = 0;                      ///< part of them cut though neither side had failed [-]
 };
 
 struct Result {

@@ -74,6 +74,8 @@ Matter mirrored(const Matter& part, const core::Symmetry& symmetry) {
     for (auto* field : {&m.m, &m.rho, &m.p, &m.e, &m.T, &m.eps_p, &m.damage, &m.size})
       if (!field->empty()) double_rows(*field, m.n_elements, same);
     double_rows(m.body, m.n_elements, same);
+    if (!m.parent.empty()) double_rows(m.parent, m.n_elements, same);
+    if (!m.built.empty()) double_rows(m.built, m.n_elements, reflect);
     m.n_elements *= 2;
   }
   return m;

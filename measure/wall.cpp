@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a wall suffered as a whole: perforated or not, how far its back bulges, the impulse it took.
+// What a wall suffered as a whole: perforated or not, how far its back bulges, what came off it, the impulse it took.
 #include <algorithm>
 #include <cmath>
 
@@ -8,7 +8,20 @@
 namespace measure {
 namespace {
 
-/// How far the held material reaches beyond the back face as built.
+/// Material of the plate itself that came off and recedes beyond its back face: spall, or the plug of a hole.
+double detached_mass(const Whole& whole, const Plate& plate) {
+  const Matter& m = whole.matter;
+  const core::Vec3 normal = plate.frame.axes.row(2).transpose();
+  double mass = 0;
+  for (std::size_t row = 0; row < whole.size(); ++row)
+    if (m.body[row] == plate.body && whole.debris[row] && plate.frame.local(m.x[row]).z() < -plate.frame.half.z() &&
+        (m.v[row] - whole.rims[plate.body].velocity).dot(normal) < 0)
+      mass += m.m[row];
+  return mass;
+}
+
+}  // namespace
+
 double bulge(const Plate& plate) {
   const double back = -plate.frame.half.z();
   double lowest = back;
@@ -17,8 +30,6 @@ double bulge(const Plate& plate) {
   for (const Sphere& s : plate.held.spheres) lowest = std::min(lowest, s.x.z() - 0.5 * s.spacing);
   return back - lowest;
 }
-
-}  // namespace
 
 Plate make_plate(const Whole& whole, const Scene& scene, int body) {
   Plate plate;
@@ -36,6 +47,7 @@ Plate make_plate(const Whole& whole, const Scene& scene, int body) {
 void measure_wall(const Whole& whole, const Scene& scene, const Plate& plate, Result& result) {
   add(result, plate.name + ".perforated", plate.opening.through ? 1 : 0, "bool");
   add(result, plate.name + ".bulge", bulge(plate), "m");
+  add(result, plate.name + ".detached_mass", detached_mass(whole, plate), "kg");
   add(result, plate.name + ".rim_displacement", whole.rims[plate.body].displacement, "m");
   const core::Vec3 normal = plate.frame.axes.row(2).transpose();
   add(result, plate.name + ".impulse", std::abs(normal.dot(scene.bodies[plate.body].impulse)), "N s");

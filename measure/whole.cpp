@@ -114,10 +114,11 @@ void find_members(const Scene& scene, Whole& whole) {
   for (std::size_t row = 0; row < whole.size(); ++row) {
     const Rim& r = whole.rims[m.body[row]];
     const double speed = (m.v[row] - r.velocity).norm();
-    own[row] = r.exists;
-    // A failed particle carries no tension: it is powder that lies at the lip or drifts from it, and holds to nothing.
-    const bool powder = !whole.is_element(row) && m.damage[row] >= 1;
-    slow[row] = r.exists && !powder && speed < speed_limit(whole, settled_speed);
+    // A failed particle carries no tension: it is powder that lies at the lip or drifts from it, and holds to nothing. Where it
+    // drifts it is no part of the plate either, and closes no opening.
+    const bool powder = !whole.is_element(row) && m.damage[row] >= 1, rests = speed < speed_limit(whole, settled_speed);
+    own[row] = r.exists && (!powder || rests);
+    slow[row] = r.exists && !powder && rests;
     loose[row] = speed > speed_limit(whole, r.exists ? loose_speed : settled_speed);
   }
   whole.joined = connected_to_rim(whole, own, rim);
@@ -126,9 +127,17 @@ void find_members(const Scene& scene, Whole& whole) {
   whole.debris.assign(whole.size(), 0);
   for (std::size_t row = 0; row < whole.size(); ++row) {
     if (loose[row] && !whole.is_element(row)) whole.held[row] = 0;
-    const bool free_body = !own[row] && !scene.bodies[m.body[row]].is_projectile;
+    const bool free_body = !whole.rims[m.body[row]].exists && !scene.bodies[m.body[row]].is_projectile;
     whole.debris[row] = !whole.settled[row] && (!whole.joined[row] || loose[row]) && (!free_body || loose[row]);
   }
+}
+
+/// The matter with the place where each row's element was built, where that is known.
+Matter with_origins(Matter m, const Scene& scene) {
+  m.built.clear();
+  if (scene.built.empty() || m.parent.size() != m.x.size()) return m;
+  for (const std::uint32_t el : m.parent) m.built.push_back(scene.built.at(el));
+  return m;
 }
 
 }  // namespace
@@ -168,7 +177,7 @@ std::vector<std::int64_t> connected_pieces(const Whole& whole, std::span<const c
 
 Whole make_whole(const Matter& part, const Scene& scene) {
   Whole whole;
-  whole.matter = mirrored(part, scene.symmetry);
+  whole.matter = mirrored(with_origins(part, scene), scene.symmetry);
   whole.impact_speed = scene.impact_velocity.norm();
   if (whole.impact_speed > 0) whole.flight = scene.impact_velocity / whole.impact_speed;
   whole.faces = all_faces(whole.matter);

@@ -57,7 +57,7 @@ def keys_not_documented(root):
 
 def incomplete_cases(root):
     for case in sorted(p for p in (root / "cases").iterdir() if (p / "case.toml").exists() or p.is_dir()):
-        for name in ("case.toml", "README.md", "reference.csv", "check.py"):
+        for name in ("case.toml", "README.md", "reference.csv"):
             if not (case / name).is_file():
                 yield f"cases/{case.name}: has no {name}"
         if (case / "README.md").is_file():

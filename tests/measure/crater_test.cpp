@@ -51,3 +51,18 @@ TEST(Crater, StaircaseOfMissingElements) {
   EXPECT_NEAR(get(r, "target.crater_diameter"), 2 * radius, 0.25 * mm);
   EXPECT_EQ(get(r, "target.crater_lip_height"), 0);
 }
+
+TEST(Crater, OfADishedWallHasNoDiameter) {
+  Block b = plate(20 * mm, 2 * mm, 80, 8);
+  b.keep = [](const Vec3& x) { return x.z() < 0.5 * mm || std::hypot(x.x(), x.y()) > mm; };  // a pit 1 mm in radius
+  b.map = [](const Vec3& x) { return Vec3(x - Vec3(0, 0, 2 * mm * std::exp(-x.head<2>().squaredNorm() / (16 * mm * mm)))); };
+  measure::Matter m;
+  add_block(m, b);
+  measure::Scene s = scene_at();
+  add_plate(s, "wall", 20 * mm, 2 * mm);
+  const measure::Result r = measure::measure(m, s);
+  EXPECT_EQ(get(r, "wall.perforated"), 0);
+  EXPECT_FALSE(find(r, "wall.crater_diameter"));
+  EXPECT_NEAR(get(r, "wall.crater_depth"), 2.5 * mm, 0.05 * mm);
+  EXPECT_NEAR(get(r, "wall.bulge"), 2 * mm, 1e-9);
+}

@@ -75,3 +75,61 @@ TEST(Fragments, DilutedParticlesDoNotBondOverTheirSpacing) {
   }
   EXPECT_EQ(get(measure::measure(m, scene_with_plate()), "fragments.count"), 3);
 }
+
+namespace {
+
+/// Two halves of a bar of six particles as built, a gap between them now; the scene knows where they were built.
+measure::Result cut_bar(bool failed) {
+  measure::Matter m;
+  measure::Scene s = scene_with_plate();
+  const double d = 0.3 * mm;
+  for (int i = 0; i < 6; ++i) {
+    const double gap = i < 3 ? 0 : 4 * d;
+    add_particle(m, {i * d + gap, 0, -10 * mm}, {i < 3 ? 0.0 : 300.0, 0, -5000}, d, 0);
+    s.built.push_back({i * d, 0, 5 * mm});
+    m.parent.push_back(static_cast<std::uint32_t>(i));
+  }
+  if (failed) m.damage[3] = 1;
+  return measure::measure(m, s);
+}
+
+}  // namespace
+
+TEST(Fragments, PiecesThatDrewApartAreToldFromPiecesThatBroke) {
+  for (const bool failed : {false, true}) {
+    const measure::Result r = cut_bar(failed);
+    ASSERT_EQ(r.fragments.size(), 2u);
+    for (const auto& f : r.fragments) {
+      EXPECT_EQ(f.n_points, 3);
+      EXPECT_EQ(f.links_cut, 1);  // the one across the gap
+      EXPECT_EQ(f.cut_by_reach, failed ? 0 : 1);
+    }
+    EXPECT_EQ(get(r, "fragments.reach_mass_fraction"), failed ? 0 : 1);
+    EXPECT_NEAR(get(r, "fragments.failed_mass_fraction"), failed ? 1.0 / 6 : 0, 1e-12);
+  }
+}
+
+TEST(Fragments, CutsAreNotReportedWhereTheBuiltPlacesAreUnknown) {
+  measure::Matter m;
+  add_particle(m, {0, 0, -10 * mm}, {0, 0, -5000}, 0.3 * mm, 0);
+  const measure::Result r = measure::measure(m, scene_with_plate());
+  EXPECT_FALSE(find(r, "fragments.reach_mass_fraction"));
+  EXPECT_EQ(r.fragments.front().links_cut, 0);
+}
+
+TEST(Fragments, AQuarterCutsTheSameLinksAsTheWhole) {
+  measure::Matter quarter;
+  measure::Scene s = scene_with_plate();
+  const double d = 0.3 * mm;
+  for (int i = 0; i < 3; ++i) {  // beside the planes; the outermost flies off
+    add_particle(quarter, {(i + 0.5) * d + (i == 2 ? 3 * d : 0), 0.5 * d, -10 * mm}, {i == 2 ? 400.0 : 0.0, 0, -5000}, d, 0);
+    s.built.push_back({(i + 0.5) * d, 0.5 * d, 5 * mm});
+    quarter.parent.push_back(static_cast<std::uint32_t>(i));
+  }
+  s.symmetry.plane[0] = s.symmetry.plane[1] = true;
+  const measure::Result r = measure::measure(quarter, s);
+  ASSERT_EQ(r.fragments.size(), 3u);
+  EXPECT_EQ(r.fragments[0].n_points, 8);
+  EXPECT_EQ(r.fragments[0].links_cut, 4);  // two on either side
+  EXPECT_EQ(r.fragments[1].links_cut, 2);
+}
