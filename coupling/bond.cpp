@@ -84,22 +84,31 @@ void find_seam(const fem::Mesh& mesh, Bond& bond) {
     const auto n = static_cast<std::size_t>(nd);
     return std::span(mesh.corners).subspan(mesh.corner_start[n], mesh.corner_start[n + 1] - mesh.corner_start[n]);
   };
-  const auto on_seam = [&](std::int32_t nd) {
-    const auto around = elements_at(nd);
-    return std::any_of(around.begin(), around.end(), [&](std::uint32_t corner) { return !e.alive[corner / 8]; });
-  };
+  std::vector<std::uint8_t> on_seam(mesh.nodes.size(), 0), touches_seam(e.size(), 0);
+  core::for_each(mesh.nodes.size(), [&](std::size_t nd) {
+    const auto around = elements_at(static_cast<std::int32_t>(nd));
+    on_seam[nd] = std::any_of(around.begin(), around.end(), [&](std::uint32_t corner) { return !e.alive[corner / 8]; });
+  });
+  const auto seam = [&](std::int32_t nd) { return on_seam[static_cast<std::size_t>(nd)] != 0; };
+  core::for_each(e.size(), [&](std::size_t el) { touches_seam[el] = std::any_of(e.node[el].begin(), e.node[el].end(), seam); });
   bond.seam_start.assign(1, 0);
   bond.seam_node.clear();
+  std::vector<std::uint32_t> around;
   std::vector<std::int32_t> found;
   for (const std::uint32_t el : bond.elements) {
     found.clear();
-    for (const auto nd : e.node[el])
-      if (on_seam(nd)) found.push_back(nd);
-    if (found.empty()) {
+    if (touches_seam[el]) {
+      for (const auto nd : e.node[el])
+        if (seam(nd)) found.push_back(nd);
+    } else {
+      around.clear();
       for (const auto nd : e.node[el])
         for (const auto corner : elements_at(nd))
-          for (const auto far : e.node[corner / 8])
-            if (on_seam(far)) found.push_back(far);
+          if (touches_seam[corner / 8] && std::find(around.begin(), around.end(), corner / 8) == around.end())
+            around.push_back(corner / 8);
+      for (const auto other : around)
+        for (const auto nd : e.node[other])
+          if (seam(nd)) found.push_back(nd);
       std::sort(found.begin(), found.end());
       found.erase(std::unique(found.begin(), found.end()), found.end());
     }

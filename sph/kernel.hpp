@@ -8,7 +8,8 @@
 
 namespace sph {
 
-constexpr double kernel_reach = 2.0;  ///< support radius over h
+constexpr double kernel_reach = 2.0;     ///< support radius over h
+constexpr double h_over_spacing = 1.2;   ///< h over the spacing cbrt(m / rho)
 
 /// W(r, h) [1/m3].
 template <class T>
@@ -17,11 +18,21 @@ T kernel(T r, T h) {
   return T(21.0 / (16.0 * core::pi)) * u2 * u2 * (T(1.0) + T(2.0) * q) / (h * h * h);
 }
 
-/// (dW/dr) / r [1/m5]: gradient of W with respect to x_i is kernel_slope * (x_i - x_j). Finite at r = 0.
+/// (dW/dr) / r [1/m5]: gradient of W with respect to x_i is kernel_slope * (x_i - x_j). Finite at r = 0. inverse_h = 1 / h.
 template <class T>
-T kernel_slope(T r, T h) {
-  const T q = r / h, u = core::max(T(1.0) - T(0.5) * q, T(0.0)), h2 = h * h;
-  return T(-105.0 / (16.0 * core::pi)) * u * u * u / (h2 * h2 * h);
+T kernel_slope(T r, T h, T inverse_h) {
+  const T u = core::max(h + h - r, T(0.0)), i2 = inverse_h * inverse_h, i4 = i2 * i2;
+  return T(-105.0 / (128.0 * core::pi)) * (u * u * u) * (i4 * i4);
+}
+template <class T>
+T kernel_slope(T r, T h) { return kernel_slope(r, h, T(1.0) / h); }
+
+/// W at r = q h over its value at the regular spacing, h / h_over_spacing.
+template <class T>
+T kernel_over_spacing(T q) {
+  constexpr double q_0 = 1 / h_over_spacing, u_0 = 1 - 0.5 * q_0, at_spacing = u_0 * u_0 * u_0 * u_0 * (1 + 2 * q_0);
+  const T u = core::max(T(1.0) - T(0.5) * q, T(0.0)), u2 = u * u;
+  return T(1 / at_spacing) * (u2 * u2) * (T(1.0) + T(2.0) * q);
 }
 
 }  // namespace sph

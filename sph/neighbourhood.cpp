@@ -7,6 +7,7 @@
 #include <map>
 
 #include "sph/kernel.hpp"
+#include "sph/pair_kernel.hpp"
 
 namespace sph {
 
@@ -20,6 +21,14 @@ static Vec3 reflect(const Mirror& m, const Vec3& a) { return a - 2 * m.normal.do
 static core::Mat3 reflect(const Mirror& m, const core::Mat3& a) {
   const core::Mat3 r = core::Mat3::Identity() - 2 * m.normal * m.normal.transpose();
   return r * a * r;
+}
+
+/// A symmetric tensor, xx yy zz xy yz zx.
+static std::array<double, 6> reflect(const Mirror& m, const std::array<double, 6>& a) {
+  core::Mat3 full;
+  full << a[0], a[3], a[5], a[3], a[1], a[4], a[5], a[4], a[2];
+  const core::Mat3 r = reflect(m, full);
+  return {r(0, 0), r(1, 1), r(2, 2), r(0, 1), r(1, 2), r(2, 0)};
 }
 
 /// Bounds of a bin's displacements.
@@ -67,8 +76,13 @@ static void bin_actors(Neighbourhood& hood, double edge) {
   };
   std::map<Cell, std::uint32_t> bins;
   hood.bin.clear();
-  const auto put = [&](const Vec3& x) {
-    hood.bin.push_back(bins.try_emplace(cell_of(x), static_cast<std::uint32_t>(bins.size())).first->second);
+  Cell last{};
+  const auto put = [&](const Vec3& x) {  // mostly the bin of the one before
+    const Cell cell = cell_of(x);
+    const bool same = !hood.bin.empty() && cell == last;
+    hood.bin.push_back(same ? hood.bin.back()
+                            : bins.try_emplace(cell, static_cast<std::uint32_t>(bins.size())).first->second);
+    last = cell;
   };
   for (const Actor& a : hood.actors) put(a.x);
   for (const Vec3& x : hood.watched_built) put(x);
@@ -97,6 +111,27 @@ static void add_images(Neighbourhood& hood, std::uint32_t mirror, double reach) 
       hood.actors.push_back(hood.actors[i]);
     }
   }
+}
+
+/// Foreigners feel particles and their images only, and images feel nothing.
+static void drop_idle_pairs(Neighbourhood& hood) {
+  const std::size_t n_real = hood.n_particles + hood.n_foreign;
+  std::vector<std::uint8_t> is_particle(hood.actors.size(), 0);
+  for (std::size_t j = 0; j < is_particle.size(); ++j)
+    is_particle[j] = j < hood.n_particles || (j >= n_real && is_particle[hood.images[j - n_real].source]);
+  auto& start = hood.pairs.start;
+  std::uint32_t* const list = hood.pairs.list.data();
+  std::uint64_t end = start[hood.n_particles], k = end;
+  for (std::size_t i = hood.n_particles; i < n_real; ++i) {
+    start[i] = end;
+    for (; k < start[i + 1]; ++k) {
+      list[end] = list[k];
+      end += is_particle[list[k]];
+    }
+  }
+  start.resize(n_real + 1);
+  start[n_real] = end;
+  hood.pairs.list.resize(end);
 }
 
 void build(Neighbourhood& hood, const std::vector<Vec3>& watched_x, double outside_speed) {
@@ -129,6 +164,9 @@ void build(Neighbourhood& hood, const std::vector<Vec3>& watched_x, double outsi
   core::Octree tree;
   tree.build(hood.x_built);
   tree.neighbours(radius, true, hood.pairs);
+  drop_idle_pairs(hood);
+  hood.near.resize(first_near_word(hood.pairs.start[n_real], n_real));
+  hood.n_near.resize(n_real);
   hood.valid = true;
   ++hood.builds;
 }
@@ -145,7 +183,7 @@ void reflect_images(Neighbourhood& hood) {
     a.v_new = reflect(m, s.v_new);
     a.v_mean = reflect(m, s.v_mean);
     a.stress = reflect(m, s.stress);
-    if (s.in_tension) a.artificial = reflect(m, s.artificial);
+    if (s.tension > 0) a.artificial = reflect(m, s.artificial);
     if (m.wall) a.body = wall_body;
     hood.actors[n_real + k] = a;
   }

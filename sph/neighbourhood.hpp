@@ -6,6 +6,7 @@
 // made, and displacements are compared between touching bins only, so a cloud that flies as a whole keeps its lists.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -15,22 +16,29 @@
 
 namespace sph {
 
-struct Actor {
+/// Laid out in lines of eight doubles, each of which one part of the pair sums reads (pair_kernel.cpp).
+struct alignas(64) Actor {
   core::Vec3 x{0, 0, 0};
+  double h = 0, volume = 0, m = 0;
+  double tension = 0;          ///< 1 where `artificial` is not zero
+  std::int64_t body = 0;
+
   core::Vec3 v{0, 0, 0};       ///< before the kick, n - 1/2: what viscosity sees
+  double c = 0, rho = 0;
+  double spread = 0;           ///< shear switch of the viscosity [-]
+  double p_contact = 0;        ///< max(p, 0): all that bodies say to each other [Pa]
+  core::Mat3 stress = core::Mat3::Zero();   ///< sigma B^T, see particle_forces.hpp [Pa]
+
+  std::array<double, 6> artificial{};       ///< artificial stress of Gray et al., xx yy zz xy yz zx [Pa]
+  std::array<double, 2> unused{};
+
   core::Vec3 v_new{0, 0, 0};   ///< after the kick and contact, n + 1/2: what strains
   core::Vec3 v_mean{0, 0, 0};  ///< what the forces work on
-  double volume = 0, m = 0, h = 0, rho = 0, c = 0;
-  double p_contact = 0;        ///< max(p, 0): all that bodies say to each other [Pa]
-  double spread = 0;           ///< shear switch of the viscosity [-]
-  core::Mat3 stress = core::Mat3::Zero();      ///< sigma B^T, see particle_forces.hpp [Pa]
-  core::Mat3 artificial = core::Mat3::Zero();  ///< artificial stress of Gray et al. [Pa]
-  bool in_tension = false;     ///< artificial is not zero
-  std::int32_t body = 0;
 };
+static_assert(sizeof(Actor) == 320);
 
 /// What images behind a rigid wall say they belong to: they push whatever comes and hold nothing.
-constexpr std::int32_t wall_body = -1;
+constexpr std::int64_t wall_body = -1;
 
 /// A plane that mirrors: symmetry plane (particles and their images are one body) or rigid wall (they only push).
 struct Mirror {
@@ -48,7 +56,9 @@ struct Neighbourhood {
   std::size_t n_particles = 0, n_foreign = 0;
   std::vector<Actor> actors;
   std::vector<Image> images;
-  core::Neighbours pairs;
+  core::Neighbours pairs;            ///< rows of particles and foreigners
+  std::vector<std::uint16_t> near;   ///< one bit a candidate of `pairs`: in reach at this step? (pair_kernel.hpp)
+  std::vector<std::uint32_t> n_near; ///< [row] how many are
   std::vector<core::Vec3> x_built;   ///< positions of all actors when the lists were made
   std::vector<core::Vec3> watched_built;  ///< of what is no actor but near enough to become one
   std::vector<std::uint32_t> bin;    ///< [actors, then watched]
@@ -59,12 +69,6 @@ struct Neighbourhood {
   double age = 0;                    ///< time since the lists were made [s]
   bool valid = false;
   std::uint64_t builds = 0;
-
-  /// Is this actor a particle or the image of one (of whatever depth)?
-  bool is_particle(std::uint32_t j) const {
-    while (j >= n_particles + n_foreign) j = images[j - n_particles - n_foreign].source;
-    return j < n_particles;
-  }
 
   std::vector<core::Vec3> wall_force;     ///< [n_particles] part of each particle's force that rigid walls give; empty without [N]
   // Force on a foreigner acts on its anchors, the nearer to the middle of the pair the more: rows of points per foreigner.

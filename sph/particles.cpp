@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sph/particles.hpp"
 
-#include <algorithm>
-#include <cmath>
+#include <type_traits>
+
+#include "core/octree.hpp"
+#include "core/parallel.hpp"
 
 namespace sph {
 
@@ -18,9 +20,21 @@ void Particles::resize(std::size_t n) {
 }
 
 void set_smoothing_length(Particles& p, std::size_t i) {
-  const double h = h_over_spacing * std::cbrt(p.pt.m[i] / p.pt.rho[i]);
-  if (p.h_0[i] == 0) p.h_0[i] = h;
-  p.h[i] = std::clamp(h, 0.5 * p.h_0[i], 1.5 * p.h_0[i]);
+  if (p.h_0[i] == 0) p.h_0[i] = h_over_spacing * core::cbrt(p.pt.m[i] / p.pt.rho[i]);
+  p.h[i] = smoothing_length(p.pt.m[i], p.pt.rho[i], p.h_0[i]);
+}
+
+void sort_along_curve(Particles& p) {
+  core::Octree tree;
+  tree.build(p.x);
+  const auto order = tree.order();
+  const auto sort = [&](auto& a) {
+    auto sorted = a;
+    core::for_each(order.size(), [&](std::size_t k) { sorted[k] = a[order[k]]; });
+    a.swap(sorted);
+  };
+  p.pt.each_field(sort);
+  p.each_array(sort);
 }
 
 }  // namespace sph

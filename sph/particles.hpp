@@ -6,8 +6,10 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/lane_math.hpp"
 #include "core/points.hpp"
 #include "core/types.hpp"
+#include "sph/kernel.hpp"
 
 namespace sph {
 
@@ -34,13 +36,17 @@ struct Particles {
   void resize(std::size_t n);
 };
 
-/// h over the spacing cbrt(m / rho).
-constexpr double h_over_spacing = 1.2;
+/// h of a particle of mass m and density rho, held within bounds of h_0, its value at birth [m].
+template <class T>
+T smoothing_length(T m, T rho, T h_0) {
+  const T h = T(h_over_spacing) * core::cbrt(m / rho);
+  return core::min(core::max(h, T(0.5) * h_0), T(1.5) * h_0);
+}
 
-/// Fills a region with particles from the start (mode "sph"): one particle a hex of the given corners is made by
-/// coupling/convert; this sets what depends on density only: h and its bounds.
+/// h of a particle whose mass and density are set, and its bounds where this is its birth.
 void set_smoothing_length(Particles& particles, std::size_t i);
 
-/// The smallest stable step over all particles is min over dt; see particle_update.hpp.
+/// Stores the particles along the octree's curve, so that neighbours in space are neighbours in memory.
+void sort_along_curve(Particles& particles);
 
 }  // namespace sph
