@@ -165,14 +165,14 @@ static std::uint64_t last_change(const Matter& a, const FaceNodes& node) {
 static std::vector<Candidate> near_pairs(const Matter& a, const ContactLists& l) {
   const auto& alive = a.mesh.elements.alive;
   const double ahead = steps_covered * a.dt;
-  std::vector<FaceSphere> sphere(l.faces.size());
+  std::vector<FaceSweep> swept(l.faces.size());
   core::for_each(l.faces.size(), [&](std::size_t f) {
-    if (l.faces[f].paired && alive[l.faces[f].face.element]) sphere[f] = face_sphere(a.mesh.nodes, l.faces[f].node, ahead);
+    if (l.faces[f].paired && alive[l.faces[f].face.element]) swept[f] = face_sweep(a.mesh.nodes, l.faces[f].node, ahead);
   });
   return collect<Candidate>(l.candidates.size(), [&](std::size_t k, std::vector<Candidate>& found) {
     const Candidate pair = l.candidates[k];
     const PointRef p = point_ref(a, l.points[pair.point]);
-    if (alive[l.faces[pair.face].face.element] && p.m > 0 && sphere[pair.face].reaches(*p.x, *p.v, ahead))
+    if (alive[l.faces[pair.face].face.element] && p.m > 0 && swept[pair.face].reaches(*p.x, *p.v))
       found.push_back(pair);
   });
 }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/parallel.hpp"
 #include "fem/hex8.hpp"
@@ -14,27 +15,7 @@ using core::Vec3;
 
 constexpr double face_part = 0.05;  // faces reach this part of their size beyond their box: margin and edges
 constexpr double usable = 0.8;      // part of the reach used up when lists are made anew; the rest is for what impulses add
-constexpr double far_reaches = 3;
-
-struct Box {
-  Vec3 low = Vec3::Constant(1e300), high = Vec3::Constant(-1e300);
-  void add(const Vec3& x) {
-    low = low.cwiseMin(x);
-    high = high.cwiseMax(x);
-  }
-  void add(const Box& b) {
-    low = low.cwiseMin(b.low);
-    high = high.cwiseMax(b.high);
-  }
-  bool contains(const Vec3& x) const { return (x.array() >= low.array()).all() && (x.array() <= high.array()).all(); }
-  bool empty() const { return low[0] > high[0]; }
-  double distance(const Box& o) const {
-    return (o.low - high).cwiseMax(low - o.high).cwiseMax(Vec3::Zero()).norm();
-  }
-  Box widened(double by) const { return {low.array() - by, high.array() + by}; }
-  /// Largest difference in any coordinate between a point here and one there.
-  double apart(const Box& o) const { return (high - o.low).cwiseMax(o.high - low).maxCoeff(); }
-};
+constexpr double far_reaches = 3, apart_reaches = 12;
 
 static bool may_strike(const ContactPoint& p, const ContactFace& f) {
   return p.body != f.body && (p.particle || std::find(f.node.begin(), f.node.end(), p.index) == f.node.end());
@@ -51,7 +32,7 @@ static Box face_box(const ContactLists& l, const ContactFace& f) {
 }
 
 static ContactFace contact_face(const fem::Mesh& mesh, const fem::Face& face) {
-  ContactFace f{face, {}, mesh.elements.body[face.element]};
+  ContactFace f{face, {}, mesh.elements.body[face.element], {}};
   for (std::size_t k = 0; k < 4; ++k)
     f.node[k] = static_cast<std::uint32_t>(
         mesh.elements.node[face.element][static_cast<std::size_t>(fem::face_corner[face.face][k])]);
@@ -95,10 +76,21 @@ static void add_face_bin(ContactBin& bin, std::uint32_t b) {
   if (std::find(bin.face_bins.begin(), bin.face_bins.end(), b) == bin.face_bins.end()) bin.face_bins.push_back(b);
 }
 
-static void contest(const ContactLists& l, ContactBin& bin) {
+/// From here on something may strike something in the bin. seen: [bin] scratch, all zero, and again so afterwards.
+static void contest(const ContactLists& l, ContactBin& bin, std::vector<std::uint8_t>& seen) {
   bin.contested = true;
   for (const auto f : bin.faces)
-    for (const auto nd : l.faces[f].node) add_face_bin(bin, l.node_bin[nd]);
+    for (const auto nd : l.faces[f].node)
+      if (const auto b = l.node_bin[nd]; !seen[b]) {
+        seen[b] = 1;
+        bin.face_bins.push_back(b);
+      }
+  for (const auto b : bin.face_bins) seen[b] = 0;
+}
+
+static void contest(const ContactLists& l, ContactBin& bin) {
+  std::vector<std::uint8_t> seen(l.cells.size());
+  contest(l, bin, seen);
 }
 
 // ------------------------------------------------------------------------------------------------ new lists
@@ -132,6 +124,7 @@ static void choose_reach(const fem::Mesh& mesh, const sph::Particles& particles,
   constexpr double steps = 6;  // two that meet head on at full speed
   l.reach = std::max(std::sqrt(*small), steps * speed * dt);
   l.far = far_reaches * l.reach;
+  l.apart = apart_reaches * l.reach;
 }
 
 static void bin_all(ContactLists& l) {
@@ -144,12 +137,43 @@ static void bin_all(ContactLists& l) {
     l.bins[b].points.push_back(k);
     if (!l.points[k].particle) l.node_bin[l.points[k].index] = b;
   }
-  for (std::uint32_t f = 0; f < l.faces.size(); ++f)
-    each_bin(l, face_box(l, l.faces[f]).widened(l.far - l.reach), [&](std::uint32_t b) { l.bins[b].faces.push_back(f); });
+  constexpr std::size_t block = 256;
+  std::vector<std::vector<std::pair<std::uint32_t, std::uint32_t>>> known((l.faces.size() + block - 1) / block);  // bin, face
+  core::for_each_block(l.faces.size(), block, [&](std::size_t first, std::size_t last) {
+    for (std::size_t f = first; f < last; ++f) {
+      l.faces[f].box = face_box(l, l.faces[f]);
+      each_bin(l, l.faces[f].box.widened(l.far - l.reach),
+               [&](std::uint32_t b) { known[first / block].push_back({b, static_cast<std::uint32_t>(f)}); });
+    }
+  });
+  for (const auto& list : known)
+    for (const auto& [b, f] : list) l.bins[b].faces.push_back(f);
+}
+
+/// Districts are so wide that all corners of a face within `apart` of a point lie in districts that touch its own.
+static void form_districts(ContactLists& l) {
+  double widest = 0;
+  for (const auto& f : l.faces) widest = std::max(widest, (f.box.high - f.box.low).maxCoeff());
+  const auto bins_across = static_cast<std::int64_t>((widest + l.apart) / l.far) + 1;
+  core::Cells districts;
+  districts.reset(1);
+  const auto part = [&](std::int64_t i) { return (i >= 0 ? i : i - bins_across + 1) / bins_across; };
+  l.district.resize(l.cells.size());
+  for (std::size_t b = 0; b < l.district.size(); ++b) {
+    const core::Cell& c = l.cells[b];
+    l.district[b] = districts.insert({part(c[0]), part(c[1]), part(c[2])});
+  }
+  l.touching.assign(districts.size(), {});
+  for (std::size_t d = 0; d < districts.size(); ++d)
+    for (std::int64_t i = -1; i <= 1; ++i)
+      for (std::int64_t j = -1; j <= 1; ++j)
+        for (std::int64_t k = -1; k <= 1; ++k)
+          if (const auto o = districts.find({districts[d][0] + i, districts[d][1] + j, districts[d][2] + k}); o != Cells::none)
+            l.touching[d].push_back(o);
 }
 
 /// Pairs of one bin.
-static void pair_up(const ContactLists& l, ContactBin& bin, std::vector<Candidate>& found) {
+static void pair_up(const ContactLists& l, ContactBin& bin, std::vector<std::uint8_t>& seen, std::vector<Candidate>& found) {
   const auto all_alike = [](const auto& rows, const auto& things) {
     return std::all_of(rows.begin(), rows.end(), [&](auto k) { return things[k].body == things[rows[0]].body; });
   };
@@ -157,9 +181,12 @@ static void pair_up(const ContactLists& l, ContactBin& bin, std::vector<Candidat
   if (l.points[bin.points[0]].body == l.faces[bin.faces[0]].body && all_alike(bin.points, l.points) &&
       all_alike(bin.faces, l.faces))
     return;
-  contest(l, bin);
+  contest(l, bin, seen);
+  Box points;
+  for (const auto k : bin.points) points.add(built(l, l.points[k]));
   for (const auto f : bin.faces) {
-    const Box box = face_box(l, l.faces[f]);
+    const Box& box = l.faces[f].box;
+    if (!box.touches(points)) continue;
     for (const auto k : bin.points)
       if (box.contains(built(l, l.points[k])) && may_strike(l.points[k], l.faces[f])) found.push_back({k, f});
   }
@@ -177,10 +204,12 @@ void make_lists(const fem::Mesh& mesh, const sph::Particles& particles, double d
   if (l.faces.empty()) return;
   choose_reach(mesh, particles, dt, l);
   bin_all(l);
+  form_districts(l);
   constexpr std::size_t block = 16;
   std::vector<std::vector<Candidate>> part((l.cells.size() + block - 1) / block);
   core::for_each_block(l.cells.size(), block, [&](std::size_t first, std::size_t last) {
-    for (std::size_t b = first; b < last; ++b) pair_up(l, l.bins[b], part[first / block]);
+    std::vector<std::uint8_t> seen(l.cells.size());
+    for (std::size_t b = first; b < last; ++b) pair_up(l, l.bins[b], seen, part[first / block]);
   });
   for (const auto& list : part) l.candidates.insert(l.candidates.end(), list.begin(), list.end());
   for (const auto& pair : l.candidates) l.faces[pair.face].paired = true;
@@ -206,7 +235,7 @@ static bool add_point(ContactLists& l, const ContactPoint& point) {
   for (const auto f : bin.faces) {
     if (point.body == l.faces[f].body) continue;
     if (!bin.contested) contest(l, bin);
-    if (may_strike(point, l.faces[f]) && face_box(l, l.faces[f]).contains(x)) add_pair(l, {k, f});
+    if (may_strike(point, l.faces[f]) && l.faces[f].box.contains(x)) add_pair(l, {k, f});
   }
   return true;
 }
@@ -216,7 +245,7 @@ static bool add_face(ContactLists& l, const ContactFace& face) {
     if (l.node_bin[nd] == Cells::none) return false;
   const auto f = static_cast<std::uint32_t>(l.faces.size());
   l.faces.push_back(face);
-  const Box box = face_box(l, face);
+  const Box box = l.faces.back().box = face_box(l, face);
   each_bin(l, box.widened(l.far - l.reach), [&](std::uint32_t b) {
     ContactBin& bin = l.bins[b];
     bin.faces.push_back(f);
@@ -242,7 +271,6 @@ static Vec3 earlier(const fem::Mesh& mesh, const sph::Particles& p, std::size_t 
 /// Puts in what has appeared since; false when that cannot be done.
 static bool extend(const fem::Mesh& mesh, const sph::Particles& particles, ContactLists& l) {
   const std::size_t before = l.particle_built.size();
-  if (l.surface.n_removed == mesh.n_removed && before == particles.size()) return true;
   if (particles.size() < before || l.faces.empty()) return false;
   fem::update_surface(mesh, l.surface);
   for (const auto nd : l.surface.lost_nodes)
@@ -257,13 +285,12 @@ static bool extend(const fem::Mesh& mesh, const sph::Particles& particles, Conta
                      [&](const fem::Face& f) { return add_face(l, contact_face(mesh, f)); });
 }
 
-bool still_valid(const fem::Mesh& mesh, const sph::Particles& particles, double dt, const ContactLists& l) {
-  if (!l.valid || l.surface.n_removed != mesh.n_removed || l.particle_built.size() != particles.size()) return false;
+/// Do displacements, a time ahead, differ by less than the lists allow?
+static bool hold(const fem::Mesh& mesh, const sph::Particles& particles, double ahead, const ContactLists& l) {
   if (l.faces.empty()) return true;
   struct Moved {
     Box all, nodes;
   };
-  const double ahead = steps_covered * dt;
   const fem::Nodes& n = mesh.nodes;
   std::vector<Moved> moved(l.cells.size());
   core::for_each_block(moved.size(), 16, [&](std::size_t first, std::size_t last) {
@@ -272,13 +299,9 @@ bool still_valid(const fem::Mesh& mesh, const sph::Particles& particles, double 
       for (const auto k : l.bins[b].points) {
         const auto& p = l.points[k];
         if (p.particle) {
-          const Vec3 u = particles.x[p.index] - l.particle_built[p.index];
-          m.all.add(u);
-          m.all.add(u + ahead * particles.v[p.index]);
+          m.all.add(particles.x[p.index] - l.particle_built[p.index] + ahead * particles.v[p.index]);
         } else if (n.m[p.index] > 0) {
-          const Vec3 u = n.x[p.index] - l.node_built[p.index];
-          m.nodes.add(u);
-          m.nodes.add(u + ahead * n.v[p.index]);
+          m.nodes.add(n.x[p.index] - l.node_built[p.index] + ahead * n.v[p.index]);
         }
       }
       m.all.add(m.nodes);
@@ -286,8 +309,16 @@ bool still_valid(const fem::Mesh& mesh, const sph::Particles& particles, double 
     }
   });
   Moved whole;
-  for (const auto& m : moved) whole.all.add(m.all), whole.nodes.add(m.nodes);
-  if (whole.all.apart(whole.nodes) > usable * l.far) return false;
+  std::vector<Moved> district(l.touching.size());
+  for (std::size_t b = 0; b < moved.size(); ++b) {
+    district[l.district[b]].all.add(moved[b].all);
+    district[l.district[b]].nodes.add(moved[b].nodes);
+  }
+  for (const auto& m : district) whole.all.add(m.all), whole.nodes.add(m.nodes);
+  if (whole.all.apart(whole.nodes) > usable * l.apart) return false;
+  for (std::size_t d = 0; d < district.size(); ++d)
+    for (const auto o : l.touching[d])
+      if (district[d].all.apart(district[o].nodes) > usable * l.far) return false;
   const double limit = usable * l.reach;
   return core::min_where(moved.size(), [&](std::size_t b) {
            double most = 0;
@@ -298,7 +329,11 @@ bool still_valid(const fem::Mesh& mesh, const sph::Particles& particles, double 
 }
 
 bool keep_lists(const fem::Mesh& mesh, const sph::Particles& particles, double dt, ContactLists& l) {
-  return l.valid && extend(mesh, particles, l) && still_valid(mesh, particles, dt, l);
+  if (!l.valid) return false;
+  const bool grows = l.surface.n_removed != mesh.n_removed || l.particle_built.size() != particles.size();
+  // Paths are straight: what held at the last step's end and holds ahead holds in between.
+  return (!grows || (extend(mesh, particles, l) && hold(mesh, particles, 0, l))) &&
+         hold(mesh, particles, steps_covered * dt, l);
 }
 
 // ------------------------------------------------------------------------------------------------ whole bodies

@@ -105,17 +105,27 @@ Meeting meet(const fem::Nodes& n, const FaceNodes& node, const Vec3& x, const Ve
   return best;
 }
 
-FaceSphere face_sphere(const fem::Nodes& n, const FaceNodes& node, double dt) {
-  FaceSphere f;
+FaceSweep face_sweep(const fem::Nodes& n, const FaceNodes& node, double dt) {
+  FaceSweep f;
   f.x = 0.25 * (n.x[node[0]] + n.x[node[1]] + n.x[node[2]] + n.x[node[3]]);
   f.v = 0.25 * (n.v[node[0]] + n.v[node[1]] + n.v[node[2]] + n.v[node[3]]);
+  f.normal = (n.x[node[2]] - n.x[node[0]]).cross(n.x[node[3]] - n.x[node[1]]).normalized();
+  f.dt = dt;
   double size_2 = 0, spread_2 = 0;
   for (const auto k : node) {
-    size_2 = std::max(size_2, (n.x[k] - f.x).squaredNorm());
-    spread_2 = std::max(spread_2, (n.v[k] - f.v).squaredNorm());
+    const Vec3 d = n.x[k] - f.x, w = n.v[k] - f.v;
+    size_2 = std::max(size_2, d.squaredNorm());
+    spread_2 = std::max(spread_2, w.squaredNorm());
+    const double start = f.normal.dot(d), end = start + dt * f.normal.dot(w);
+    f.low = std::min({f.low, start, end});
+    f.high = std::max({f.high, start, end});
   }
-  // The area of a quadrilateral is at most twice the square of its largest half diagonal: 1.01 covers the margin.
-  f.radius = 1.01 * std::sqrt(size_2) + dt * std::sqrt(spread_2);
+  // The area of a quadrilateral is at most twice the square of its largest half diagonal: 0.01 of that covers the margin
+  // three times, and 0.05 of the slab what triangles reach beyond their edges.
+  const double size = std::sqrt(size_2), wider = 0.01 * size + 0.05 * (f.high - f.low);
+  f.low -= wider;
+  f.high += wider;
+  f.radius = (1.01 + edge_tolerance) * size + dt * std::sqrt(spread_2);
   return f;
 }
 

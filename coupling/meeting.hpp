@@ -3,6 +3,7 @@
 // are those of the step's start, velocities constant over it.
 #pragma once
 
+#include <algorithm>
 #include <array>
 
 #include "core/types.hpp"
@@ -27,17 +28,20 @@ struct Meeting {
 /// The deepest meeting of a point at x with velocity v with a face within dt. strict: only a true crossing of the sheet.
 Meeting meet(const fem::Nodes& nodes, const FaceNodes& node, const core::Vec3& x, const core::Vec3& v, double dt, bool strict);
 
-/// A face as a sphere that flies along: what lies farther from its centre than radius and what the relative velocity
-/// covers in dt is not met.
-struct FaceSphere {
-  core::Vec3 x, v;
-  double radius;  ///< margin and the corners' own motion included [m]
+/// What a face sweeps within dt, seen from its centre: a sphere and a slab that hold it, its margin and its edges. A point
+/// whose path stays outside either is not met.
+struct FaceSweep {
+  core::Vec3 x, v, normal;
+  double radius = 0, low = 0, high = 0, dt = 0;
 
-  bool reaches(const core::Vec3& point_x, const core::Vec3& point_v, double dt) const {
-    const double r = radius + dt * (point_v - v).norm();
-    return (point_x - x).squaredNorm() <= r * r;
+  bool reaches(const core::Vec3& point_x, const core::Vec3& point_v) const {
+    const core::Vec3 d = point_x - x, w = dt * (point_v - v);
+    const double r = radius + w.norm();
+    if (d.squaredNorm() > r * r) return false;
+    const double start = normal.dot(d), end = start + normal.dot(w);
+    return std::min(start, end) <= high && std::max(start, end) >= low;
   }
 };
-FaceSphere face_sphere(const fem::Nodes& nodes, const FaceNodes& node, double dt);
+FaceSweep face_sweep(const fem::Nodes& nodes, const FaceNodes& node, double dt);
 
 }  // namespace coupling
