@@ -118,7 +118,6 @@ static void remove_distorted(Simulation& s) {
     s.n_eroded += flagged.size();
   }
   fem::drop_dead_blocks(s.mesh);
-  coupling::invalidate(s.contact);
   s.hood.valid = false;
 }
 
@@ -186,9 +185,9 @@ void choose_step(Simulation& s, double stop) {
   const auto pt = core::min_where(s.particles.size(), [&](std::size_t i) { return s.particles.dt[i]; });
   s.limit = el.value <= pt.value ? StepLimit{"element", el.index, el.value} : StepLimit{"particle", pt.index, pt.value};
   double dt = s.spec.cfl * s.limit.value;
-  if (const double closing = coupling::stable_step(s.contact); closing < dt) {
-    dt = closing;
-    s.limit = {"contact", 0, closing};
+  if (s.contact.step < dt) {
+    dt = s.contact.step;
+    s.limit = {"contact", 0, dt};
   }
   constexpr double growth = 1.1, first = 0.1;  // nothing is known yet of what the bodies are about to do to each other
   if (s.dt_old == 0) dt *= first;

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <span>
-#include <unordered_set>
 
+#include "core/cells.hpp"
 #include "core/parallel.hpp"
 #include "fem/elements.hpp"
 #include "sph/kernel.hpp"
@@ -17,33 +17,23 @@ using core::Vec3;
 /// Cells of one reach that hold a particle or touch one that does: a coarse sieve for centres of elements.
 class OccupiedCells {
  public:
-  OccupiedCells(const sph::Particles& p, double reach) : inverse_(1 / reach) {
-    std::unordered_set<std::uint64_t> own;
+  OccupiedCells(const sph::Particles& p, double reach) {
+    own_.reset(reach);
+    cells_.reset(reach);
     for (const Vec3& x : p.x) {
-      const Cell c = cell(x);
-      if (!own.insert(key(c)).second) continue;
+      const core::Cell c = own_.cell(x);
+      const std::size_t before = own_.size();
+      own_.insert(c);
+      if (own_.size() == before) continue;
       for (std::int64_t i = -1; i <= 1; ++i)
         for (std::int64_t j = -1; j <= 1; ++j)
-          for (std::int64_t k = -1; k <= 1; ++k) cells_.insert(key({c.i + i, c.j + j, c.k + k}));
+          for (std::int64_t k = -1; k <= 1; ++k) cells_.insert({c[0] + i, c[1] + j, c[2] + k});
     }
   }
-  bool near(const Vec3& x) const { return cells_.contains(key(cell(x))); }
+  bool near(const Vec3& x) const { return cells_.find(cells_.cell(x)) != core::Cells::none; }
 
  private:
-  struct Cell {
-    std::int64_t i, j, k;
-  };
-  Cell cell(const Vec3& x) const {
-    return {static_cast<std::int64_t>(std::floor(x[0] * inverse_)), static_cast<std::int64_t>(std::floor(x[1] * inverse_)),
-            static_cast<std::int64_t>(std::floor(x[2] * inverse_))};
-  }
-  static std::uint64_t key(Cell c) {
-    constexpr std::uint64_t mask = (1ull << 21) - 1;
-    return (static_cast<std::uint64_t>(c.i) & mask) | (static_cast<std::uint64_t>(c.j) & mask) << 21 |
-           (static_cast<std::uint64_t>(c.k) & mask) << 42;
-  }
-  double inverse_;
-  std::unordered_set<std::uint64_t> cells_;
+  core::Cells own_, cells_;
 };
 
 void find_elements(const fem::Mesh& mesh, const sph::Particles& p, Bond& bond) {

@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "core/types.hpp"
+#include "coupling/contact_search.hpp"
 #include "fem/mesh.hpp"
-#include "fem/surface.hpp"
 #include "sph/particles.hpp"
 
 namespace coupling {
@@ -28,27 +28,18 @@ struct ContactSettings {
   double friction = 0;  ///< Coulomb coefficient [-]
 };
 
-/// One point that may strike one face.
-struct Candidate {
-  std::uint32_t point;  ///< row of Contact::points
-  std::uint32_t face;   ///< row of surface.faces
-};
-
-struct ContactPoint {
-  std::uint32_t index;  ///< node or particle
-  bool particle;
+/// When contact last changed the velocity of a node or a particle, by a count of changes that only grows.
+struct Changes {
+  std::uint64_t count = 1;
+  std::vector<std::uint64_t> node, particle;
 };
 
 struct Contact {
-  fem::Surface surface;
-  std::vector<ContactPoint> points;
-  std::vector<Candidate> candidates;     ///< pairs that can meet before the lists are made anew
-  std::vector<core::Vec3> point_x; ///< positions when the candidates were found
-  double reach = 0;                      ///< how far anything may move before the candidates are found anew [m]
-  double edge = 1e300;                   ///< smallest face (square root of its area) near other bodies [m]
-  double closing = 0;                    ///< fastest approach of a node to a face at the last step [m/s]
-  double quiet_until = 0;                ///< time before which no two bodies can meet [s]
-  bool valid = false;
+  ContactLists lists;
+  Changes changes;
+  double step = 1e300;                   ///< time step that the last one's approaches allow [s]
+  double quiet_until = 0;                ///< time before which no two bodies can meet, [s]
+  std::size_t quiet_removed = 0;         ///< unless elements have gone since there were this many
   std::uint64_t searches = 0, pairs_tested = 0;
 
   double dissipated = 0;                 ///< kinetic energy that impulses took, cumulative [J]
@@ -70,14 +61,9 @@ void resolve_contact(fem::Mesh& mesh, sph::Particles& particles, const std::vect
 /// in space, and does not start with elements struck out of shape.
 constexpr double closing_part = 0.4;
 
-/// Time step that contact allows [s].
-inline double stable_step(const Contact& contact) {
-  return contact.valid && contact.closing > 0 ? closing_part * contact.edge / contact.closing : 1e300;
-}
-
-/// The lists no longer fit the arrays (conversion, erosion, restart).
+/// The arrays are others than before (restart). Elements that go and particles that come are noticed without.
 inline void invalidate(Contact& contact) {
-  contact.valid = false;
+  contact.lists.valid = false;
   contact.quiet_until = 0;
 }
 

@@ -95,12 +95,19 @@ static bool wake_block(Mesh& mesh, std::size_t b) {
 void wake_moving(Mesh& mesh, double threshold) {
   if (mesh.awake_blocks.size() == mesh.block_awake.size()) return;
   const double limit = threshold * threshold;
+  const Nodes& n = mesh.nodes;
+  std::vector<std::uint8_t> struck(mesh.block_awake.size());
+  core::for_each(struck.size(), [&](std::size_t b) {
+    if (mesh.block_awake[b]) return;
+    for (std::size_t el = b * block_size; el < (b + 1) * block_size; ++el)
+      for (const auto node : mesh.elements.node[el]) {
+        const auto nd = static_cast<std::size_t>(node);
+        if (n.awake[nd] && mesh.elements.alive[el] && n.v[nd].squaredNorm() > limit) struck[b] = 1;
+      }
+  });
   bool woke = false;
-  for (std::size_t nd = 0; nd < mesh.nodes.size(); ++nd) {
-    if (!(mesh.nodes.v[nd].squaredNorm() > limit)) continue;
-    for (auto k = mesh.corner_start[nd]; k < mesh.corner_start[nd + 1]; ++k)
-      if (mesh.elements.alive[mesh.corners[k] / 8]) woke |= wake_block(mesh, mesh.corners[k] / 8 / block_size);
-  }
+  for (std::size_t b = 0; b < struck.size(); ++b)
+    if (struck[b]) woke |= wake_block(mesh, b);
   if (woke) {
     list_awake(mesh);
     drop_dead_blocks(mesh);

@@ -2,6 +2,7 @@
 #include "fem/surface.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <tuple>
 
 #include "fem/hex8.hpp"
@@ -53,27 +54,70 @@ static bool on_symmetry_plane(const Mesh& mesh, std::size_t el, int face) {
   return false;
 }
 
+/// Counts a face in or out at its corners.
+static void count_corners(const Elements& e, const Face& f, int by, Surface& s) {
+  for (const int c : face_corner[f.face]) {
+    auto& n = s.faces_at[static_cast<std::size_t>(e.node[f.element][static_cast<std::size_t>(c)])];
+    n = static_cast<std::uint16_t>(n + by);
+  }
+}
+
+static bool alive_then(const Surface& s, std::int32_t el) { return el >= 0 && s.alive[static_cast<std::size_t>(el)]; }
+
+/// All faces of a mesh seen for the first time.
+static void list_faces(const Mesh& mesh, Surface& s) {
+  link_neighbours(mesh, s);
+  s.alive = mesh.elements.alive;
+  s.faces_at.assign(mesh.nodes.size(), 0);
+  s.faces.clear();
+  s.nodes.clear();
+  for (std::size_t el = 0; el < s.alive.size(); ++el)
+    for (std::uint8_t f = 0; s.alive[el] && f < 6; ++f)
+      if (!alive_then(s, s.neighbour[el][f]) && !on_symmetry_plane(mesh, el, f))
+        s.new_faces.push_back({static_cast<std::uint32_t>(el), f});
+}
+
+/// Faces that appear where elements went since; those of the elements themselves go.
+static void follow_removed(const Mesh& mesh, Surface& s) {
+  const Elements& e = mesh.elements;
+  std::vector<std::uint32_t> removed;
+  for (std::uint32_t el = 0; el < s.alive.size(); ++el)
+    if (s.alive[el] != e.alive[el]) removed.push_back(el);
+  for (const Face& f : s.faces)
+    if (!e.alive[f.element]) count_corners(e, f, -1, s);
+  std::erase_if(s.faces, [&](const Face& f) { return !e.alive[f.element]; });
+  s.alive = e.alive;
+  for (const auto el : removed)
+    for (const auto other : s.neighbour[el]) {
+      if (!alive_then(s, other)) continue;
+      const auto o = static_cast<std::size_t>(other);
+      for (std::uint8_t f = 0; f < 6; ++f)
+        if (s.neighbour[o][f] == static_cast<std::int32_t>(el) && !on_symmetry_plane(mesh, o, f))
+          s.new_faces.push_back({static_cast<std::uint32_t>(o), f});
+    }
+}
+
 void update_surface(const Mesh& mesh, Surface& s) {
+  s.new_faces.clear();
+  s.new_nodes.clear();
+  s.lost_nodes.clear();
   if (s.built && s.n_removed == mesh.n_removed) return;
-  if (!s.built) link_neighbours(mesh, s);
+  s.built ? follow_removed(mesh, s) : list_faces(mesh, s);
   s.built = true;
   s.n_removed = mesh.n_removed;
-  s.faces.clear();
-  std::vector<std::uint8_t> is_surface(mesh.nodes.size(), 0);
-  const Elements& e = mesh.elements;
-  for (std::size_t el = 0; el < e.size(); ++el) {
-    if (!e.alive[el]) continue;
-    for (int f = 0; f < 6; ++f) {
-      const std::int32_t other = s.neighbour[el][static_cast<std::size_t>(f)];
-      if ((other >= 0 && e.alive[static_cast<std::size_t>(other)]) || on_symmetry_plane(mesh, el, f)) continue;
-      s.faces.push_back({static_cast<std::uint32_t>(el), static_cast<std::uint8_t>(f)});
-      for (const int c : face_corner[f])
-        is_surface[static_cast<std::size_t>(e.node[el][static_cast<std::size_t>(c)])] = 1;
-    }
-  }
-  s.nodes.clear();
-  for (std::size_t nd = 0; nd < is_surface.size(); ++nd)
-    if (is_surface[nd]) s.nodes.push_back(static_cast<std::uint32_t>(nd));
+
+  const auto before = [](const Face& a, const Face& b) { return std::tie(a.element, a.face) < std::tie(b.element, b.face); };
+  std::sort(s.new_faces.begin(), s.new_faces.end(), before);
+  const auto middle = s.faces.insert(s.faces.end(), s.new_faces.begin(), s.new_faces.end());
+  std::inplace_merge(s.faces.begin(), middle, s.faces.end(), before);
+  for (const Face& f : s.new_faces) count_corners(mesh.elements, f, 1, s);
+
+  std::vector<std::uint32_t> nodes;
+  for (std::uint32_t nd = 0; nd < s.faces_at.size(); ++nd)
+    if (s.faces_at[nd]) nodes.push_back(nd);
+  std::set_difference(nodes.begin(), nodes.end(), s.nodes.begin(), s.nodes.end(), std::back_inserter(s.new_nodes));
+  std::set_difference(s.nodes.begin(), s.nodes.end(), nodes.begin(), nodes.end(), std::back_inserter(s.lost_nodes));
+  s.nodes.swap(nodes);
 }
 
 }  // namespace fem

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The outer skin of a mesh that loses elements: faces that belong to one alive element only. Built when contact first
-// needs it, kept up as elements go.
+// needs it, then kept up at the cost of the elements that went.
 #pragma once
 
 #include <cstdint>
@@ -14,6 +14,10 @@ struct Surface {
   std::vector<std::array<std::int32_t, 6>> neighbour;  ///< element across each local face, -1: none (never was)
   std::vector<Face> faces;                             ///< exposed, ascending by (element, face), without those on symmetry planes
   std::vector<std::uint32_t> nodes;                    ///< nodes of exposed faces, ascending
+  std::vector<Face> new_faces;                         ///< those that the last update added, ascending
+  std::vector<std::uint32_t> new_nodes, lost_nodes;    ///< nodes that it added and dropped, ascending
+  std::vector<std::uint8_t> alive;                     ///< [element] when the lists were made
+  std::vector<std::uint16_t> faces_at;                 ///< [node] exposed faces there
   std::size_t n_removed = 0;                           ///< elements removed when the lists were made
   bool built = false;
 };

@@ -133,7 +133,7 @@ TEST(ParticlesAndBodies, OnlyParticlesMakeNoContactSearch) {
     app::step(*r.s);
   }
   EXPECT_EQ(r.s->contact.searches, 0u);
-  EXPECT_EQ(r.s->contact.surface.built, false);
+  EXPECT_EQ(r.s->contact.lists.surface.built, false);
 }
 
 }  // namespace

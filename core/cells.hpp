@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+// Cubes of one edge that hold something, numbered in the order in which they are first met: a hash table with open
+// addressing and linear probing. Costs memory for what is there only, however far apart it lies.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include "core/types.hpp"
+
+namespace core {
+
+using Cell = std::array<std::int64_t, 3>;
+
+class Cells {
+ public:
+  static constexpr std::uint32_t none = 0xffffffff;
+
+  /// Empty, with cubes of this edge [m].
+  void reset(double edge) {
+    inverse_ = 1 / edge;
+    cells_.clear();
+    slots_.assign(64, none);
+  }
+  Cell cell(const Vec3& x) const {
+    Cell c;
+    for (std::size_t d = 0; d < 3; ++d) c[d] = static_cast<std::int64_t>(std::floor(x[static_cast<int>(d)] * inverse_));
+    return c;
+  }
+  /// Number of the cell, none where it is not there.
+  std::uint32_t find(const Cell& c) const { return slots_[slot(c)]; }
+  /// Number of the cell, a new one where it was not there.
+  std::uint32_t insert(const Cell& c) {
+    std::size_t s = slot(c);
+    if (slots_[s] != none) return slots_[s];
+    if (2 * (cells_.size() + 1) > slots_.size()) {
+      grow();
+      s = slot(c);
+    }
+    cells_.push_back(c);
+    return slots_[s] = static_cast<std::uint32_t>(cells_.size() - 1);
+  }
+  std::size_t size() const { return cells_.size(); }
+  const Cell& operator[](std::size_t k) const { return cells_[k]; }
+
+ private:
+  /// Where the cell stands or would stand.
+  std::size_t slot(const Cell& c) const {
+    std::uint64_t h = 0;
+    for (const auto i : c) {
+      h = (h ^ static_cast<std::uint64_t>(i)) * 0x9e3779b97f4a7c15ull;
+      h ^= h >> 29;
+    }
+    const std::size_t mask = slots_.size() - 1;
+    std::size_t s = static_cast<std::size_t>(h) & mask;
+    while (slots_[s] != none && cells_[slots_[s]] != c) s = (s + 1) & mask;
+    return s;
+  }
+  void grow() {
+    slots_.assign(2 * slots_.size(), none);
+    for (std::size_t k = 0; k < cells_.size(); ++k) slots_[slot(cells_[k])] = static_cast<std::uint32_t>(k);
+  }
+
+  double inverse_ = 1;
+  std::vector<Cell> cells_;
+  std::vector<std::uint32_t> slots_ = std::vector<std::uint32_t>(64, none);
+};
+
+}  // namespace core

@@ -1,0 +1,379 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "coupling/contact_search.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/parallel.hpp"
+#include "fem/hex8.hpp"
+
+namespace coupling {
+
+using core::Cells;
+using core::Vec3;
+
+constexpr double face_part = 0.05;  // faces reach this part of their size beyond their box: margin and edges
+constexpr double usable = 0.8;      // part of the reach used up when lists are made anew; the rest is for what impulses add
+constexpr double far_reaches = 3, apart_reaches = 12;
+
+static bool may_strike(const ContactPoint& p, const ContactFace& f) {
+  return p.body != f.body && (p.particle || std::find(f.node.begin(), f.node.end(), p.index) == f.node.end());
+}
+
+static const Vec3& built(const ContactLists& l, const ContactPoint& p) {
+  return (p.particle ? l.particle_built : l.node_built)[p.index];
+}
+
+static Box face_box(const ContactLists& l, const ContactFace& f) {
+  Box box;
+  for (const auto nd : f.node) box.add(l.node_built[nd]);
+  return box.widened(face_part * (box.high - box.low).maxCoeff() + l.reach);
+}
+
+static ContactFace contact_face(const fem::Mesh& mesh, const fem::Face& face) {
+  ContactFace f{face, {}, mesh.elements.body[face.element], {}};
+  for (std::size_t k = 0; k < 4; ++k)
+    f.node[k] = static_cast<std::uint32_t>(
+        mesh.elements.node[face.element][static_cast<std::size_t>(fem::face_corner[face.face][k])]);
+  return f;
+}
+
+static bool belongs_to_elements(const fem::Mesh& mesh, std::size_t nd) {
+  for (auto k = mesh.corner_start[nd]; k < mesh.corner_start[nd + 1]; ++k)
+    if (mesh.elements.alive[mesh.corners[k] / 8]) return true;
+  return false;
+}
+
+static std::int32_t body_of_node(const fem::Mesh& mesh, std::size_t nd) {
+  for (std::size_t b = 0; b < mesh.body_nodes.size(); ++b)
+    if (mesh.body_nodes[b].contains(nd)) return static_cast<std::int32_t>(b);
+  return -1;
+}
+
+/// f(bin) for all bins that a box touches.
+template <class F>
+static void each_bin(const ContactLists& l, const Box& box, F&& f) {
+  const core::Cell low = l.cells.cell(box.low), high = l.cells.cell(box.high);
+  double cells = 1;
+  for (std::size_t d = 0; d < 3; ++d) cells *= static_cast<double>(high[d] - low[d] + 1);
+  if (cells > static_cast<double>(l.cells.size())) {  // a face much larger than the bins
+    for (std::uint32_t b = 0; b < l.cells.size(); ++b) {
+      const core::Cell& c = l.cells[b];
+      bool in = true;
+      for (std::size_t d = 0; d < 3; ++d) in = in && c[d] >= low[d] && c[d] <= high[d];
+      if (in) f(b);
+    }
+    return;
+  }
+  for (auto i = low[0]; i <= high[0]; ++i)
+    for (auto j = low[1]; j <= high[1]; ++j)
+      for (auto k = low[2]; k <= high[2]; ++k)
+        if (const auto b = l.cells.find({i, j, k}); b != Cells::none) f(b);
+}
+
+static void add_face_bin(ContactBin& bin, std::uint32_t b) {
+  if (std::find(bin.face_bins.begin(), bin.face_bins.end(), b) == bin.face_bins.end()) bin.face_bins.push_back(b);
+}
+
+/// From here on something may strike something in the bin. seen: [bin] scratch, all zero, and again so afterwards.
+static void contest(const ContactLists& l, ContactBin& bin, std::vector<std::uint8_t>& seen) {
+  bin.contested = true;
+  for (const auto f : bin.faces)
+    for (const auto nd : l.faces[f].node)
+      if (const auto b = l.node_bin[nd]; !seen[b]) {
+        seen[b] = 1;
+        bin.face_bins.push_back(b);
+      }
+  for (const auto b : bin.face_bins) seen[b] = 0;
+}
+
+static void contest(const ContactLists& l, ContactBin& bin) {
+  std::vector<std::uint8_t> seen(l.cells.size());
+  contest(l, bin, seen);
+}
+
+// ------------------------------------------------------------------------------------------------ new lists
+
+static void list_points(const fem::Mesh& mesh, const sph::Particles& particles, ContactLists& l) {
+  l.points.clear();
+  std::size_t body = 0;
+  for (const auto nd : l.surface.nodes) {
+    while (!mesh.body_nodes[body].contains(nd)) ++body;
+    l.points.push_back({nd, false, static_cast<std::int32_t>(body)});
+  }
+  if (mesh.n_removed > 0)  // free nodes: mass but no element alive
+    for (std::uint32_t nd = 0; nd < mesh.nodes.size(); ++nd)
+      if (!l.surface.faces_at[nd] && mesh.nodes.m[nd] > 0 && !belongs_to_elements(mesh, nd)) l.points.push_back({nd, false, -1});
+  for (std::uint32_t i = 0; i < particles.size(); ++i) l.points.push_back({i, true, -1});
+}
+
+/// Reach: about the size of a small face, or a few steps at full speed.
+static void choose_reach(const fem::Mesh& mesh, const sph::Particles& particles, double dt, ContactLists& l) {
+  std::vector<double> size_2(l.faces.size());
+  core::for_each(size_2.size(), [&](std::size_t f) {
+    const auto& n = l.faces[f].node;
+    size_2[f] = 0.5 * (mesh.nodes.x[n[2]] - mesh.nodes.x[n[0]]).cross(mesh.nodes.x[n[3]] - mesh.nodes.x[n[1]]).norm();
+  });
+  const auto small = size_2.begin() + static_cast<std::ptrdiff_t>(size_2.size() / 4);
+  std::nth_element(size_2.begin(), small, size_2.end());
+  const double speed = std::sqrt(-core::min_where(l.points.size(), [&](std::size_t k) {
+                                    const auto& p = l.points[k];
+                                    return -(p.particle ? particles.v : mesh.nodes.v)[p.index].squaredNorm();
+                                  }).value);
+  constexpr double steps = 6;  // two that meet head on at full speed
+  l.reach = std::max(std::sqrt(*small), steps * speed * dt);
+  l.far = far_reaches * l.reach;
+  l.apart = apart_reaches * l.reach;
+}
+
+static void bin_all(ContactLists& l) {
+  l.cells.reset(l.far);
+  l.node_bin.assign(l.node_built.size(), Cells::none);
+  for (auto& bin : l.bins) bin.points.clear(), bin.faces.clear(), bin.face_bins.clear(), bin.contested = false;
+  for (std::uint32_t k = 0; k < l.points.size(); ++k) {
+    const auto b = l.cells.insert(l.cells.cell(built(l, l.points[k])));
+    if (b >= l.bins.size()) l.bins.resize(b + 1);
+    l.bins[b].points.push_back(k);
+    if (!l.points[k].particle) l.node_bin[l.points[k].index] = b;
+  }
+  constexpr std::size_t block = 256;
+  std::vector<std::vector<std::pair<std::uint32_t, std::uint32_t>>> known((l.faces.size() + block - 1) / block);  // bin, face
+  core::for_each_block(l.faces.size(), block, [&](std::size_t first, std::size_t last) {
+    for (std::size_t f = first; f < last; ++f) {
+      l.faces[f].box = face_box(l, l.faces[f]);
+      each_bin(l, l.faces[f].box.widened(l.far - l.reach),
+               [&](std::uint32_t b) { known[first / block].push_back({b, static_cast<std::uint32_t>(f)}); });
+    }
+  });
+  for (const auto& list : known)
+    for (const auto& [b, f] : list) l.bins[b].faces.push_back(f);
+}
+
+/// Districts are so wide that all corners of a face within `apart` of a point lie in districts that touch its own.
+static void form_districts(ContactLists& l) {
+  double widest = 0;
+  for (const auto& f : l.faces) widest = std::max(widest, (f.box.high - f.box.low).maxCoeff());
+  const auto bins_across = static_cast<std::int64_t>((widest + l.apart) / l.far) + 1;
+  core::Cells districts;
+  districts.reset(1);
+  const auto part = [&](std::int64_t i) { return (i >= 0 ? i : i - bins_across + 1) / bins_across; };
+  l.district.resize(l.cells.size());
+  for (std::size_t b = 0; b < l.district.size(); ++b) {
+    const core::Cell& c = l.cells[b];
+    l.district[b] = districts.insert({part(c[0]), part(c[1]), part(c[2])});
+  }
+  l.touching.assign(districts.size(), {});
+  for (std::size_t d = 0; d < districts.size(); ++d)
+    for (std::int64_t i = -1; i <= 1; ++i)
+      for (std::int64_t j = -1; j <= 1; ++j)
+        for (std::int64_t k = -1; k <= 1; ++k)
+          if (const auto o = districts.find({districts[d][0] + i, districts[d][1] + j, districts[d][2] + k}); o != Cells::none)
+            l.touching[d].push_back(o);
+}
+
+/// Pairs of one bin.
+static void pair_up(const ContactLists& l, ContactBin& bin, std::vector<std::uint8_t>& seen, std::vector<Candidate>& found) {
+  const auto all_alike = [](const auto& rows, const auto& things) {
+    return std::all_of(rows.begin(), rows.end(), [&](auto k) { return things[k].body == things[rows[0]].body; });
+  };
+  if (bin.points.empty() || bin.faces.empty()) return;
+  if (l.points[bin.points[0]].body == l.faces[bin.faces[0]].body && all_alike(bin.points, l.points) &&
+      all_alike(bin.faces, l.faces))
+    return;
+  contest(l, bin, seen);
+  Box points;
+  for (const auto k : bin.points) points.add(built(l, l.points[k]));
+  for (const auto f : bin.faces) {
+    const Box& box = l.faces[f].box;
+    if (!box.touches(points)) continue;
+    for (const auto k : bin.points)
+      if (box.contains(built(l, l.points[k])) && may_strike(l.points[k], l.faces[f])) found.push_back({k, f});
+  }
+}
+
+void make_lists(const fem::Mesh& mesh, const sph::Particles& particles, double dt, ContactLists& l) {
+  fem::update_surface(mesh, l.surface);
+  list_points(mesh, particles, l);
+  l.faces.resize(l.surface.faces.size());
+  core::for_each(l.faces.size(), [&](std::size_t f) { l.faces[f] = contact_face(mesh, l.surface.faces[f]); });
+  l.node_built = mesh.nodes.x;
+  l.particle_built = particles.x;
+  l.candidates.clear();
+  l.valid = true;
+  if (l.faces.empty()) return;
+  choose_reach(mesh, particles, dt, l);
+  bin_all(l);
+  form_districts(l);
+  constexpr std::size_t block = 16;
+  std::vector<std::vector<Candidate>> part((l.cells.size() + block - 1) / block);
+  core::for_each_block(l.cells.size(), block, [&](std::size_t first, std::size_t last) {
+    std::vector<std::uint8_t> seen(l.cells.size());
+    for (std::size_t b = first; b < last; ++b) pair_up(l, l.bins[b], seen, part[first / block]);
+  });
+  for (const auto& list : part) l.candidates.insert(l.candidates.end(), list.begin(), list.end());
+  for (const auto& pair : l.candidates) l.faces[pair.face].paired = true;
+}
+
+// ------------------------------------------------------------------------------------------------ what appears
+
+static void add_pair(ContactLists& l, const Candidate& pair) {
+  l.candidates.push_back(pair);
+  l.faces[pair.face].paired = true;
+}
+
+/// False where nothing was when the lists were made: then nobody knows what is near.
+static bool add_point(ContactLists& l, const ContactPoint& point) {
+  const Vec3& x = built(l, point);
+  const auto b = l.cells.find(l.cells.cell(x));
+  if (b == Cells::none) return false;
+  const auto k = static_cast<std::uint32_t>(l.points.size());
+  l.points.push_back(point);
+  ContactBin& bin = l.bins[b];
+  bin.points.push_back(k);
+  if (!point.particle) l.node_bin[point.index] = b;
+  for (const auto f : bin.faces) {
+    if (point.body == l.faces[f].body) continue;
+    if (!bin.contested) contest(l, bin);
+    if (may_strike(point, l.faces[f]) && l.faces[f].box.contains(x)) add_pair(l, {k, f});
+  }
+  return true;
+}
+
+static bool add_face(ContactLists& l, const ContactFace& face) {
+  for (const auto nd : face.node)
+    if (l.node_bin[nd] == Cells::none) return false;
+  const auto f = static_cast<std::uint32_t>(l.faces.size());
+  l.faces.push_back(face);
+  const Box box = l.faces.back().box = face_box(l, face);
+  each_bin(l, box.widened(l.far - l.reach), [&](std::uint32_t b) {
+    ContactBin& bin = l.bins[b];
+    bin.faces.push_back(f);
+    if (bin.contested)
+      for (const auto nd : face.node) add_face_bin(bin, l.node_bin[nd]);
+    for (const auto k : bin.points) {
+      if (l.points[k].body == face.body) continue;
+      if (!bin.contested) contest(l, bin);
+      if (box.contains(built(l, l.points[k])) && may_strike(l.points[k], face)) add_pair(l, {k, f});
+    }
+  });
+  return true;
+}
+
+/// Where a particle would have been when the lists were made, had it moved as the element that it was.
+static Vec3 earlier(const fem::Mesh& mesh, const sph::Particles& p, std::size_t i, const ContactLists& l) {
+  Vec3 moved = Vec3::Zero();
+  for (const auto nd : mesh.elements.node[p.parent[i]])
+    moved += mesh.nodes.x[static_cast<std::size_t>(nd)] - l.node_built[static_cast<std::size_t>(nd)];
+  return p.x[i] - moved / 8;
+}
+
+/// Puts in what has appeared since; false when that cannot be done.
+static bool extend(const fem::Mesh& mesh, const sph::Particles& particles, ContactLists& l) {
+  const std::size_t before = l.particle_built.size();
+  if (particles.size() < before || l.faces.empty()) return false;
+  fem::update_surface(mesh, l.surface);
+  for (const auto nd : l.surface.lost_nodes)
+    if (mesh.nodes.m[nd] > 0) return false;  // it flies on alone and may strike its own body now
+  for (const auto nd : l.surface.new_nodes)
+    if (!add_point(l, {nd, false, body_of_node(mesh, nd)})) return false;
+  for (std::size_t i = before; i < particles.size(); ++i) {
+    l.particle_built.push_back(earlier(mesh, particles, i, l));
+    if (!add_point(l, {static_cast<std::uint32_t>(i), true, -1})) return false;
+  }
+  return std::all_of(l.surface.new_faces.begin(), l.surface.new_faces.end(),
+                     [&](const fem::Face& f) { return add_face(l, contact_face(mesh, f)); });
+}
+
+/// Do displacements, a time ahead, differ by less than the lists allow?
+static bool hold(const fem::Mesh& mesh, const sph::Particles& particles, double ahead, const ContactLists& l) {
+  if (l.faces.empty()) return true;
+  struct Moved {
+    Box all, nodes;
+  };
+  const fem::Nodes& n = mesh.nodes;
+  std::vector<Moved> moved(l.cells.size());
+  core::for_each_block(moved.size(), 16, [&](std::size_t first, std::size_t last) {
+    for (std::size_t b = first; b < last; ++b) {
+      Moved m;
+      for (const auto k : l.bins[b].points) {
+        const auto& p = l.points[k];
+        if (p.particle) {
+          m.all.add(particles.x[p.index] - l.particle_built[p.index] + ahead * particles.v[p.index]);
+        } else if (n.m[p.index] > 0) {
+          m.nodes.add(n.x[p.index] - l.node_built[p.index] + ahead * n.v[p.index]);
+        }
+      }
+      m.all.add(m.nodes);
+      moved[b] = m;
+    }
+  });
+  Moved whole;
+  std::vector<Moved> district(l.touching.size());
+  for (std::size_t b = 0; b < moved.size(); ++b) {
+    district[l.district[b]].all.add(moved[b].all);
+    district[l.district[b]].nodes.add(moved[b].nodes);
+  }
+  for (const auto& m : district) whole.all.add(m.all), whole.nodes.add(m.nodes);
+  if (whole.all.apart(whole.nodes) > usable * l.apart) return false;
+  for (std::size_t d = 0; d < district.size(); ++d)
+    for (const auto o : l.touching[d])
+      if (district[d].all.apart(district[o].nodes) > usable * l.far) return false;
+  const double limit = usable * l.reach;
+  return core::min_where(moved.size(), [&](std::size_t b) {
+           double most = 0;
+           if (l.bins[b].contested)
+             for (const auto o : l.bins[b].face_bins) most = std::max(most, moved[b].all.apart(moved[o].nodes));
+           return -most;
+         }).value >= -limit;
+}
+
+bool keep_lists(const fem::Mesh& mesh, const sph::Particles& particles, double dt, ContactLists& l) {
+  if (!l.valid) return false;
+  const bool grows = l.surface.n_removed != mesh.n_removed || l.particle_built.size() != particles.size();
+  // Paths are straight: what held at the last step's end and holds ahead holds in between.
+  return (!grows || (extend(mesh, particles, l) && hold(mesh, particles, 0, l))) &&
+         hold(mesh, particles, steps_covered * dt, l);
+}
+
+// ------------------------------------------------------------------------------------------------ whole bodies
+
+double time_to_meet(const fem::Mesh& mesh, const sph::Particles& particles) {
+  struct Extent {
+    Box box;
+    double speed_2 = 0;
+    void add(const Vec3& x, const Vec3& v) {
+      box.add(x);
+      speed_2 = std::max(speed_2, v.squaredNorm());
+    }
+  };
+  const std::size_t n = mesh.body_elements.size();
+  std::vector<Extent> solid(n), cloud(n);
+  for (std::size_t b = 0; b < n; ++b)
+    solid[b] = core::reduce(
+        mesh.body_nodes[b].size(), Extent{},
+        [&](std::size_t first, std::size_t last) {
+          Extent e;
+          for (std::size_t nd = mesh.body_nodes[b].first + first; nd < mesh.body_nodes[b].first + last; ++nd)
+            if (mesh.nodes.m[nd] > 0) e.add(mesh.nodes.x[nd], mesh.nodes.v[nd]);
+          return e;
+        },
+        [](Extent a, const Extent& o) {
+          a.box.add(o.box);
+          a.speed_2 = std::max(a.speed_2, o.speed_2);
+          return a;
+        });
+  for (std::size_t i = 0; i < particles.size(); ++i) cloud[particles.body[i]].add(particles.x[i], particles.v[i]);
+  double gap = 1e300, speed_2 = 0;
+  for (std::size_t a = 0; a < n; ++a) {
+    speed_2 = std::max({speed_2, solid[a].speed_2, cloud[a].speed_2});
+    for (std::size_t b = 0; b < n; ++b) {
+      if (solid[b].box.empty()) continue;
+      if (a < b && !solid[a].box.empty()) gap = std::min(gap, solid[a].box.distance(solid[b].box));
+      if (!cloud[a].box.empty()) gap = std::min(gap, cloud[a].box.distance(solid[b].box));
+    }
+  }
+  return gap / (2 * 1.2 * std::sqrt(speed_2) + 1e-300);  // both may move, and be sped up a little meanwhile
+}
+
+}  // namespace coupling

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which points may strike which faces soon. Points and faces are binned where they are when the lists are made; a pair is
+// a candidate when the point lies in the face's box widened by `reach`. The lists hold as long as displacements since then
+// differ by less than that between a bin's points and the corners of the faces known to it (those within `far`), by less
+// than `far` within touching districts, and by less than `apart` between any two: what flies as a whole keeps its lists.
+// As elements go, the faces, nodes and particles that appear are put into the same lists as if they had been there, moved
+// with their surroundings.
+// Lists are a superset and nothing else: results depend neither on when they were made nor on their order.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/cells.hpp"
+#include "core/types.hpp"
+#include "coupling/meeting.hpp"
+#include "fem/mesh.hpp"
+#include "fem/surface.hpp"
+#include "sph/particles.hpp"
+
+namespace coupling {
+
+struct ContactPoint {
+  std::uint32_t index;     ///< node or particle
+  bool particle;
+  std::int32_t body = -1;  ///< of a node that belongs to elements: it does not strike that body; -1: strikes all
+};
+
+struct Box {
+  core::Vec3 low = core::Vec3::Constant(1e300), high = core::Vec3::Constant(-1e300);
+
+  void add(const core::Vec3& x) {
+    low = low.cwiseMin(x);
+    high = high.cwiseMax(x);
+  }
+  void add(const Box& b) {
+    low = low.cwiseMin(b.low);
+    high = high.cwiseMax(b.high);
+  }
+  bool empty() const { return low[0] > high[0]; }
+  bool contains(const core::Vec3& x) const { return (x.array() >= low.array()).all() && (x.array() <= high.array()).all(); }
+  bool touches(const Box& o) const { return (o.high.array() >= low.array()).all() && (o.low.array() <= high.array()).all(); }
+  Box widened(double by) const { return {low.array() - by, high.array() + by}; }
+  double distance(const Box& o) const {
+    return (o.low - high).cwiseMax(low - o.high).cwiseMax(core::Vec3::Zero()).norm();
+  }
+  /// Largest difference in any coordinate between a point here and one there.
+  double apart(const Box& o) const { return (high - o.low).cwiseMax(o.high - low).maxCoeff(); }
+};
+
+struct ContactFace {
+  fem::Face face;
+  FaceNodes node;
+  std::int32_t body;
+  Box box;              ///< when the lists were made, widened by reach
+  bool paired = false;  ///< stands in a candidate
+};
+
+/// One point that may strike one face.
+struct Candidate {
+  std::uint32_t point, face;  ///< rows of ContactLists::points and faces
+};
+
+struct ContactBin {
+  std::vector<std::uint32_t> points;     ///< that were in it when the lists were made
+  std::vector<std::uint32_t> faces;      ///< within `far` of it
+  std::vector<std::uint32_t> face_bins;  ///< bins of those faces' corners; kept where something may strike
+  bool contested = false;                ///< a point may strike a face here
+};
+
+struct ContactLists {
+  fem::Surface surface;
+  std::vector<ContactPoint> points;
+  std::vector<ContactFace> faces;         ///< dead ones stay until the next search
+  std::vector<Candidate> candidates;
+  core::Cells cells;
+  std::vector<ContactBin> bins;           ///< [cell]
+  std::vector<std::uint32_t> district;    ///< [bin] where it belongs to: cubes larger than any face is wide and `apart`
+  std::vector<std::vector<std::uint32_t>> touching;  ///< [district] districts that touch it, itself included
+  std::vector<std::uint32_t> node_bin;    ///< [node] where it is a point
+  std::vector<core::Vec3> node_built;     ///< positions when the lists were made [m]
+  std::vector<core::Vec3> particle_built;
+  double reach = 0, far = 0, apart = 0;   ///< [m]
+  bool valid = false;
+};
+
+/// How many steps ahead, at the velocities now, pairs are in the lists.
+constexpr double steps_covered = 2.1;
+
+/// Puts what has appeared since into the lists. False when that cannot be done, or when they no longer hold every pair
+/// that may meet within the next steps_covered steps at the velocities now.
+bool keep_lists(const fem::Mesh& mesh, const sph::Particles& particles, double dt, ContactLists& lists);
+
+/// New lists.
+void make_lists(const fem::Mesh& mesh, const sph::Particles& particles, double dt, ContactLists& lists);
+
+/// The time before which no two groups (elements of one body, particles of one body) can touch [s].
+double time_to_meet(const fem::Mesh& mesh, const sph::Particles& particles);
+
+}  // namespace coupling

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where a point meets a face during a step: swept in time, against the four triangles about the face's centre. Positions
+// are those of the step's start, velocities constant over it.
+#pragma once
+
+#include <algorithm>
+#include <array>
+
+#include "core/types.hpp"
+#include "fem/mesh.hpp"
+
+namespace coupling {
+
+constexpr double margin_part = 2e-3;     ///< gap kept, over the square root of a face's area
+constexpr double edge_tolerance = 0.02;  ///< triangles reach this part of their size beyond their edges
+
+/// Nodes of an exposed face, in outward order.
+using FaceNodes = std::array<std::uint32_t, 4>;
+
+struct Meeting {
+  bool found = false;
+  double gap_end = 0;                 ///< signed distance at the end [m]
+  double target = 0;                  ///< gap to be left at the end [m]
+  core::Vec3 normal{0, 0, 0};         ///< of the triangle at the end
+  std::array<double, 4> weight{};     ///< shape functions of the corners where it meets
+};
+
+/// The deepest meeting of a point at x with velocity v with a face within dt. strict: only a true crossing of the sheet.
+Meeting meet(const fem::Nodes& nodes, const FaceNodes& node, const core::Vec3& x, const core::Vec3& v, double dt, bool strict);
+
+/// What a face sweeps within dt, seen from its centre: a sphere and a slab that hold it, its margin and its edges. A point
+/// whose path stays outside either is not met.
+struct FaceSweep {
+  core::Vec3 x, v, normal;
+  double radius = 0, low = 0, high = 0, dt = 0;
+
+  bool reaches(const core::Vec3& point_x, const core::Vec3& point_v) const {
+    const core::Vec3 d = point_x - x, w = dt * (point_v - v);
+    const double r = radius + w.norm();
+    if (d.squaredNorm() > r * r) return false;
+    const double start = normal.dot(d), end = start + normal.dot(w);
+    return std::min(start, end) <= high && std::max(start, end) >= low;
+  }
+};
+FaceSweep face_sweep(const fem::Nodes& nodes, const FaceNodes& node, double dt);
+
+}  // namespace coupling
