@@ -96,9 +96,9 @@ static void add_pair_work(Simulation& s, const fem::StepTimes& times) {
 /// 7: elements past the criteria become particles or go.
 static void remove_distorted(Simulation& s) {
   if (s.spec.mode != io::Mode::hybrid && s.spec.mode != io::Mode::erosion) return;
-  // shapes change little in a step: corners are looked at every few
-  constexpr int shape_every = 4;
-  const auto flagged = fem::flag_elements(s.mesh, s.criteria, s.rho_0, s.steps % shape_every == 0);
+  // elements change little in a step: all but collapsing ones are looked at every few, and go together
+  constexpr int look_every = 4;
+  const auto flagged = fem::flag_elements(s.mesh, s.criteria, s.rho_0, s.steps % look_every == 0);
   if (flagged.empty()) return;
   if (s.spec.mode == io::Mode::hybrid) {
     const auto r = coupling::convert_elements(s.mesh, s.particles, flagged, s.spec.particles_per_edge);

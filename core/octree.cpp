@@ -237,6 +237,35 @@ void Octree::neighbours(std::span<const double> radius, bool symmetric, Neighbou
     result.list.resize(result.start[n]);
     return;
   }
+  if (symmetric) {
+    // Rows as they are found, unsorted; who has j in its row is in the row of j, so going through the rows by index puts
+    // every row's entries in their place and in order.
+    std::vector<std::uint32_t> found;
+    std::vector<std::uint64_t> found_start(n + 1, 0);
+    rounds(
+        [&](std::size_t begin, std::size_t end) {
+          for (std::size_t k = begin; k < end; ++k) {
+            found_start[k + 1] = found_start[k] + count_of(begin, k);
+            result.start[order_[k] + 1] = count_of(begin, k);
+          }
+          foresee(found, found_start[end], end, n);
+          found.resize(found_start[end]);
+        },
+        [&](std::size_t first, std::size_t last, const RowScratch& s) {
+          std::copy_n(s.row, found_start[last] - found_start[first], found.data() + found_start[first]);
+        });
+    for (std::size_t i = 0; i < n; ++i) result.start[i + 1] += result.start[i];
+    result.list.resize(result.start[n]);
+    std::vector<std::uint64_t> next(result.start.begin(), result.start.end() - 1);
+    const auto parts = static_cast<std::size_t>(threads());
+    for_each_block(parts, 1, [&](std::size_t part, std::size_t) {  // one range of rows each
+      const std::size_t low = n * part / parts, high = n * (part + 1) / parts;
+      for (std::size_t i = 0; i < n; ++i)
+        for (auto k = found_start[rank_[i]]; k < found_start[rank_[i] + 1]; ++k)
+          if (const std::uint32_t j = found[k]; j - low < high - low) result.list[next[j]++] = static_cast<std::uint32_t>(i);
+    });
+    return;
+  }
   rounds([](std::size_t, std::size_t) {},
          [&](std::size_t first, std::size_t last, const RowScratch& s) {
            for (std::size_t k = first; k < last; ++k) result.start[order_[k] + 1] = s.count[k - first];

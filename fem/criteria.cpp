@@ -17,15 +17,16 @@ static Corners<double> corners_of(const Mesh& mesh, std::size_t el) {
 /// this total deformation neither ratio nor angle can have come near a useful limit.
 constexpr double smallest_deformation = 0.02;
 
-static bool too_distorted(const Mesh& mesh, std::size_t el, const Criteria& c, double rho_0, bool shapes) {
+static bool too_distorted(const Mesh& mesh, std::size_t el, const Criteria& c, double rho_0, bool all) {
   const Elements& e = mesh.elements;
   if (e.dt[el] < c.collapse * e.dt_0[el]) return true;
+  if (!all) return false;
   if (e.pt.rho[el] < c.expansion * rho_0) return true;
   if (c.use_deformation && e.deformation[el] > c.deformation) return true;
   if (c.use_plastic_strain && e.pt.eps_p[el] > c.plastic_strain) return true;
   if (c.use_timestep && e.dt[el] < c.timestep_ratio * e.dt_0[el]) return true;
   if (c.use_damage && e.pt.damage[el] >= c.damage) return true;
-  if (!shapes || e.deformation[el] < smallest_deformation) return false;
+  if (e.deformation[el] < smallest_deformation) return false;
   const auto x = corners_of(mesh, el);
   if (smallest_corner_jacobian(x) <= 0) return true;
   if (!c.use_jacobian) return false;
@@ -33,13 +34,13 @@ static bool too_distorted(const Mesh& mesh, std::size_t el, const Criteria& c, d
 }
 
 std::vector<std::uint32_t> flag_elements(const Mesh& mesh, const Criteria& criteria, const std::vector<double>& rho_0,
-                                         bool shapes) {
+                                         bool all) {
   const Elements& e = mesh.elements;
   std::vector<std::uint8_t> flag(n_awake(mesh));
   const auto row = [&](std::size_t k) { return mesh.awake_blocks[k / block_size] * block_size + k % block_size; };
   core::for_each(flag.size(), [&](std::size_t k) {
     const std::size_t el = row(k);
-    flag[k] = e.alive[el] && too_distorted(mesh, el, criteria, rho_0[e.body[el]], shapes);
+    flag[k] = e.alive[el] && too_distorted(mesh, el, criteria, rho_0[e.body[el]], all);
   });
   std::vector<std::uint32_t> flagged;
   for (std::size_t k = 0; k < flag.size(); ++k)

@@ -24,9 +24,9 @@ struct Criteria {
 };
 
 /// Elements of awake blocks that the criteria flag, ascending.
-/// rho_0 [body]: reference density of each body [kg/m3]. Corners (Jacobian, angles) are looked at where `shapes`.
+/// rho_0 [body]: reference density of each body [kg/m3]. Without `all`, only what is about to collapse.
 std::vector<std::uint32_t> flag_elements(const Mesh& mesh, const Criteria& criteria, const std::vector<double>& rho_0,
-                                         bool shapes = true);
+                                         bool all = true);
 
 /// Remembers the shape as built (Jacobian ratio); call once before the first step if the criteria use it.
 void store_initial_shape(Mesh& mesh);
