@@ -43,7 +43,7 @@ static int run_case(const Arguments& a) {
   return run(spec, a.out.empty() ? "runs/" + stem().string() + "-" + io::to_string(spec.mode) : a.out, a.force);
 }
 
-static int check_case(const Arguments& a) {
+static int check_case(const Arguments& a, bool with_cost) {
   use_threads(a.threads);
   const io::Case spec = io::read_case(a.target, a.set, a.mode);
   const Estimate cost = estimate(spec);
@@ -58,6 +58,7 @@ static int check_case(const Arguments& a) {
              : spec.mode == io::Mode::erosion ? "erosion"
              : spec.mode == io::Mode::sph     ? "particles from the start"
                                               : "elements only");
+  if (!with_cost) return 0;
   begin(*s);
   double dt = 1e300;
   for (const double d : s->mesh.elements.dt) dt = std::min(dt, d);
@@ -143,7 +144,9 @@ int command_line(int argc, char** argv) {
   });
   auto* c_check = cli.add_subcommand("check", "read, build, print the resolved case, what will be active and the cost");
   case_options(c_check);
-  c_check->callback([&] { code = check_case(a); });
+  bool no_cost = false;
+  c_check->add_flag("--no-cost", no_cost, "without the predicted cost, which takes a few seconds of trial runs");
+  c_check->callback([&] { code = check_case(a, !no_cost); });
   auto* c_measure = cli.add_subcommand("measure", "the measurements again, from the stored state");
   c_measure->add_option("DIR", a.target)->required();
   bool series = false;

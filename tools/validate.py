@@ -192,7 +192,7 @@ def refusal(run, ejecta):
     with tempfile.NamedTemporaryFile("w", suffix=".toml") as f:
         f.write(run.text())
         f.flush()
-        r = subprocess.run([str(ejecta), "check", f.name, "--mode", run.mode], capture_output=True, text=True)
+        r = subprocess.run([str(ejecta), "check", f.name, "--no-cost", "--mode", run.mode], capture_output=True, text=True)
     return "" if r.returncode == 0 else f"{run.dir.name}: {r.stderr.strip()}"
 
 
