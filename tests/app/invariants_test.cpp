@@ -191,8 +191,8 @@ material = "Al2024-T351"
   auto s = small_case::begin({}, one);
   small_case::run(*s, 100);
   EXPECT_EQ(s->contact.searches, 0u);
-  EXPECT_EQ(s->contact.surface.built, false);
-  EXPECT_EQ(s->contact.surface.neighbour.capacity(), 0u);
+  EXPECT_EQ(s->contact.lists.surface.built, false);
+  EXPECT_EQ(s->contact.lists.surface.neighbour.capacity(), 0u);
   EXPECT_EQ(s->contact.pairs_tested, 0u);
   EXPECT_EQ(s->particles.x.capacity(), 0u);
   EXPECT_EQ(s->hood.builds, 0u);
