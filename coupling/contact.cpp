@@ -189,6 +189,7 @@ static std::vector<ActivePair> detect(const Matter& a, const std::vector<Candida
     const PointRef p = point_ref(a, point);
     if (std::max(*p.changed, last_change(a, f.node)) <= since) return;
     if (!a.mesh.elements.alive[f.face.element] || !(p.m > 0)) return;
+    if (!face_sweep(a.mesh.nodes, f.node, a.dt).reaches(*p.x, *p.v)) return;
     if (meet(a.mesh.nodes, f.node, *p.x, *p.v, a.dt, strict).found)
       found.push_back({f.face.element * std::uint64_t{6} + f.face.face, key(point), pairs[k], 0, {}});
   });

@@ -256,6 +256,53 @@ TEST(PointContact, AWallTakesTheNormalVelocityOnly) {
   EXPECT_NEAR(k.particles.x[0][2], -5 * mm, 1e-15);
 }
 
+/// Index of the first vector that is not the same to the bit, -1 where there is none.
+std::ptrdiff_t first_difference(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
+  const auto at = std::mismatch(a.begin(), a.end(), b.begin(), b.end()).first;
+  return at == a.end() ? -1 : at - a.begin();
+}
+
+TEST(PointContact, NothingDependsOnWhenListsWereMade) {
+  // A cloud and a block on a plate that loses an element now and then: lists kept and extended give the bits of lists made
+  // anew at every step.
+  const auto scene = [] {
+    Kinematic k;
+    k.add(scene::plate(8, 2, mm), 2785);
+    auto block = fem::box(rig::line(-1.7 * mm, 1.3 * mm, 4), rig::line(-1.2 * mm, 1.8 * mm, 4), rig::line(0.3 * mm, 3.3 * mm, 4));
+    k.add(block, 2785);
+    fem::finish(k.mesh);
+    k.move_body(1, [](const Vec3& x) { return Vec3(300 - 2e5 * x[1], -200 + 2e5 * x[0], -4000); });
+    std::mt19937 random(11);
+    for (int i = 0; i < 200; ++i)
+      scene::add_particle(k.particles, 1e-8, Vec3(0, 0, 7 * mm) + scene::random_vector(random, 3.5 * mm),
+                          Vec3(0, 0, -5000) + scene::random_vector(random, 2e3), 0);
+    return k;
+  };
+  auto kept = scene(), anew = scene();
+  for (int i = 0; i < 150; ++i) {
+    for (Kinematic* k : {&kept, &anew}) {
+      if (i % 10 == 5) {
+        std::size_t el = static_cast<std::size_t>(i) * 7 % k->mesh.elements.size();
+        while (!k->mesh.elements.alive[el]) el = (el + 1) % k->mesh.elements.size();
+        sph::Particles& p = k->particles;
+        Vec3 v = Vec3::Zero();
+        for (const auto nd : k->mesh.elements.node[el]) v += k->mesh.nodes.v[static_cast<std::size_t>(nd)] / 8;
+        scene::add_particle(p, k->mesh.elements.pt.m[el], fem::centre(k->mesh, el, k->mesh.nodes.x), v, k->mesh.elements.body[el]);
+        p.parent.back() = static_cast<std::uint32_t>(el);
+        fem::remove_element(k->mesh, el, false);
+      }
+      if (k == &anew) coupling::invalidate(k->contact);
+      k->step(2e-8);
+    }
+    ASSERT_EQ(first_difference(kept.mesh.nodes.v, anew.mesh.nodes.v), -1) << "node, step " << i;
+    ASSERT_EQ(first_difference(kept.particles.v, anew.particles.v), -1) << "particle, step " << i;
+    ASSERT_EQ(kept.contact.step, anew.contact.step) << "step " << i;
+  }
+  EXPECT_GT(kept.contact.dissipated, 0);
+  EXPECT_EQ(kept.contact.leaks, 0u);
+  EXPECT_LT(3 * kept.contact.searches, anew.contact.searches);
+}
+
 TEST(PointContact, FarBodiesAreNotSearched) {
   auto k = plate_and_particle(6, 1, 1e-9, Vec3(0, 0, 100) * mm, Vec3(0, 0, -1e4));
   for (int i = 0; i < 50; ++i) k.step(1e-7);

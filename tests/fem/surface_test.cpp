@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <random>
+
 #include "fem/elements.hpp"
 #include "fem/hex8.hpp"
 
@@ -60,6 +62,32 @@ TEST(Surface, FacesOnSymmetryPlanesAreNone) {
   fem::Surface s;
   fem::update_surface(mesh, s);
   EXPECT_EQ(s.faces.size(), 45u);
+}
+
+TEST(Surface, KeptUpEqualsBuiltAnew) {
+  auto mesh = cube_of_27();
+  fem::Surface kept;
+  fem::update_surface(mesh, kept);
+  std::mt19937 random(5);
+  while (mesh.n_alive > 0) {
+    for (int i = 0; i < 3 && mesh.n_alive > 0; ++i) {
+      std::size_t el = random() % mesh.elements.size();
+      while (!mesh.elements.alive[el]) el = (el + 1) % mesh.elements.size();
+      fem::remove_element(mesh, el, false);
+    }
+    const auto nodes_before = kept.nodes;
+    fem::update_surface(mesh, kept);
+    fem::Surface anew;
+    fem::update_surface(mesh, anew);
+    EXPECT_EQ(kept.nodes, anew.nodes);
+    ASSERT_EQ(kept.faces.size(), anew.faces.size());
+    for (std::size_t k = 0; k < kept.faces.size(); ++k) {
+      EXPECT_EQ(kept.faces[k].element, anew.faces[k].element);
+      EXPECT_EQ(kept.faces[k].face, anew.faces[k].face);
+    }
+    EXPECT_EQ(nodes_before.size() + kept.new_nodes.size() - kept.lost_nodes.size(), kept.nodes.size());
+  }
+  EXPECT_TRUE(kept.faces.empty());
 }
 
 TEST(Surface, NormalsPointOutward) {
