@@ -14,7 +14,7 @@ namespace sph {
 using core::Vec3;
 
 /// Part of the reach that lists hold beyond it.
-constexpr double skin = 0.1;
+constexpr double skin = 0.2;
 
 static Vec3 reflect(const Mirror& m, const Vec3& a) { return a - 2 * m.normal.dot(a) * m.normal; }
 
