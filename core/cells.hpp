@@ -55,9 +55,10 @@ class Cells {
     }
     const std::size_t mask = slots_.size() - 1;
     std::size_t s = static_cast<std::size_t>(h) & mask;
-    while (slots_[s] != none && cells_[slots_[s]] != c) s = (s + 1) & mask;
+    while (slots_[s] != none && !same(cells_[slots_[s]], c)) s = (s + 1) & mask;
     return s;
   }
+  static bool same(const Cell& a, const Cell& b) { return a[0] == b[0] && a[1] == b[1] && a[2] == b[2]; }  // no call of memcmp
   void grow() {
     slots_.assign(2 * slots_.size(), none);
     for (std::size_t k = 0; k < cells_.size(); ++k) slots_[slot(cells_[k])] = static_cast<std::uint32_t>(k);
