@@ -36,6 +36,42 @@ class OccupiedCells {
   core::Cells own_, cells_;
 };
 
+/// Particles by cells of the longest reach.
+class ParticlesByCell {
+ public:
+  ParticlesByCell(const sph::Particles& p, double reach) : p_(p) {
+    cells_.reset(reach);
+    std::vector<std::uint32_t> cell(p.size());
+    for (std::size_t i = 0; i < p.size(); ++i) cell[i] = cells_.insert(cells_.cell(p.x[i]));
+    start_.assign(cells_.size() + 1, 0);
+    for (const auto c : cell) ++start_[c + 1];
+    for (std::size_t c = 0; c < cells_.size(); ++c) start_[c + 1] += start_[c];
+    index_.resize(p.size());
+    std::vector<std::uint32_t> next(start_.begin(), start_.end() - 1);
+    for (std::size_t i = 0; i < p.size(); ++i) index_[next[cell[i]]++] = static_cast<std::uint32_t>(i);
+  }
+  /// Is there a particle nearer than `reaches` times what its kernel and one of smoothing length h reach together?
+  bool within(const Vec3& x, double h, double reaches) const {
+    const core::Cell c = cells_.cell(x);
+    for (std::int64_t i = -1; i <= 1; ++i)
+      for (std::int64_t j = -1; j <= 1; ++j)
+        for (std::int64_t k = -1; k <= 1; ++k) {
+          const auto cell = cells_.find({c[0] + i, c[1] + j, c[2] + k});
+          if (cell == core::Cells::none) continue;
+          for (auto n = start_[cell]; n < start_[cell + 1]; ++n) {
+            const double range = reaches * sph::kernel_reach * 0.5 * (h + p_.h[index_[n]]);
+            if ((p_.x[index_[n]] - x).squaredNorm() < range * range) return true;
+          }
+        }
+    return false;
+  }
+
+ private:
+  const sph::Particles& p_;
+  core::Cells cells_;
+  std::vector<std::uint32_t> start_, index_;
+};
+
 void find_elements(const fem::Mesh& mesh, const sph::Particles& p, Bond& bond) {
   const fem::Elements& e = mesh.elements;
   bond.elements.clear();
@@ -54,14 +90,18 @@ void find_elements(const fem::Mesh& mesh, const sph::Particles& p, Bond& bond) {
   const double reach = sph::watched_reaches * range;
   low.array() -= reach;
   high.array() += reach;
-  const OccupiedCells cells(p, reach), near_cells(p, sph::foreign_reaches * range);
+  const OccupiedCells cells(p, reach);
+  constexpr double coarsest = 2;  // elements' smoothing lengths are searched up to this many times the particles'
+  const ParticlesByCell particles(p, sph::foreign_reaches * 0.5 * (1 + coarsest) * range);
   std::vector<std::uint8_t> near(e.size());
   core::for_each(e.size(), [&](std::size_t el) {
     if (!e.alive[el]) return;
     const Vec3& corner = mesh.nodes.x[static_cast<std::size_t>(e.node[el][0])];
     if ((corner.array() < low.array() - reach).any() || (corner.array() > high.array() + reach).any()) return;
     const Vec3 x = fem::centre(mesh, el, mesh.nodes.x);
-    near[el] = near_cells.near(x) ? 2 : cells.near(x) ? 1 : 0;
+    if (!cells.near(x)) return;
+    const double h = std::min(sph::h_over_spacing * std::cbrt(e.pt.m[el] / e.pt.rho[el]) / bond.per_edge, coarsest * h_max);
+    near[el] = particles.within(x, h, sph::foreign_reaches * bond.per_edge) ? 2 : 1;
   });
   for (std::size_t el = 0; el < near.size(); ++el)
     if (near[el]) (near[el] == 2 ? bond.elements : bond.watched).push_back(static_cast<std::uint32_t>(el));
