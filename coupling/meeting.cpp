@@ -54,7 +54,7 @@ static bool meets(const Triangle& t, const Triangle& v, const Vec3& p, const Vec
   const double area2 = n0.norm();
   if (!(area2 > 0)) return false;
   const double gap_0 = n0.dot(p - t.c) / area2;
-  if (gap_0 < -1e-3 * margin) return false;  // already behind this sheet's plane: not from outside
+  if (gap_0 < (strict ? -1e-9 : -1e-3) * margin) return false;  // already behind this sheet's plane: not from outside
   m.target = strict ? 0.0 : std::max(0.0, std::min(gap_0, margin));
   const Triangle end = moved(t, v, dt);
   const Vec3 n1 = end.normal();
