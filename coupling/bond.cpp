@@ -142,7 +142,6 @@ void find_seam(const fem::Mesh& mesh, Bond& bond) {
       std::sort(found.begin(), found.end());
       found.erase(std::unique(found.begin(), found.end()), found.end());
     }
-    if (found.empty()) found.assign(e.node[el].begin(), e.node[el].end());
     bond.seam_node.insert(bond.seam_node.end(), found.begin(), found.end());
     bond.seam_start.push_back(static_cast<std::uint32_t>(bond.seam_node.size()));
   }
@@ -181,8 +180,8 @@ void fill_foreign(const fem::Mesh& mesh, const Bond& bond, sph::Neighbourhood& h
   hood.anchor_start.assign(1, 0);
   hood.anchor_x.clear();
   for (std::size_t k = 0; k < bond.x.size(); ++k) {
-    const auto seam = seam_of(bond, k / parts);
-    for (const auto nd : seam) hood.anchor_x.push_back(mesh.nodes.x[nd]);
+    for (const auto nd : seam_of(bond, k / parts)) hood.anchor_x.push_back(mesh.nodes.x[nd]);
+    hood.anchor_x.push_back(bond.x[k]);
     hood.anchor_start.push_back(static_cast<std::uint32_t>(hood.anchor_x.size()));
   }
   core::for_each(bond.x.size(), [&](std::size_t k) {
@@ -218,6 +217,7 @@ void fill_foreign_velocities(const fem::Mesh& mesh, const Bond& bond, sph::Neigh
     a.v_mean = fem::at(mesh, el, mesh.nodes.v_mean, xi);
     auto row = hood.anchor_start[k];
     for (const auto nd : seam_of(bond, k / parts)) hood.anchor_v_mean[row++] = mesh.nodes.v_mean[nd];
+    hood.anchor_v_mean[row] = a.v_mean;
   });
 }
 
@@ -230,6 +230,12 @@ void add_reaction(const sph::Neighbourhood& hood, const Bond& bond, fem::Mesh& m
     for (const auto nd : seam_of(bond, k / parts)) {
       mesh.nodes.f[nd] += hood.anchor_force[row];
       any |= !hood.anchor_force[row++].isZero(0);
+    }
+    if (const Vec3& push = hood.anchor_force[row]; !push.isZero(0)) {
+      const Vec3 xi = fem::part_centre(bond.per_edge, static_cast<int>(k % parts));
+      for (int i = 0; i < 8; ++i)
+        mesh.nodes.f[static_cast<std::size_t>(mesh.elements.node[bond.elements[k / parts]][static_cast<std::size_t>(i)])] += fem::shape(i, xi) * push;
+      any = true;
     }
     if (any) pushed.push_back(bond.elements[k / parts]);
   }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The bond: alive elements within a kernel's reach of a particle stand in the SPH sums as foreign actors, with their own
 // stress: as the particles that they would become, one or n^3 parts an element. The elements' own faces towards the particles are left unbalanced by what was converted,
-// so that is where the reaction goes: to the nodes of the seam next to each foreign element. What the pairs' work there
-// leaves over goes to its energy. Elements of the particle's own body hold it (bond = true) or only push (bond = false); elements of
+// so that is where the reaction to its own body's particles goes: to the nodes of the seam next to each foreign element. What
+// strangers push goes to its corners as the shape functions share it. What the pairs' work leaves over goes to its energy. Elements of the particle's own body hold it (bond = true) or only push (bond = false); elements of
 // other bodies only push.
 #pragma once
 
@@ -32,7 +32,7 @@ struct Bond {
 void find_elements(const fem::Mesh& mesh, const sph::Particles& particles, Bond& bond);
 
 /// Nodes that take each bonded element's reaction: its corners on the seam (where an element was converted), else those of the
-/// elements around it, else all its own.
+/// elements around it, else none.
 void find_seam(const fem::Mesh& mesh, Bond& bond);
 
 /// Centres of the bonded and the watched elements now.

@@ -88,13 +88,16 @@ Vec3 centre(const Mesh& mesh, std::size_t el, const std::vector<Vec3>& a) {
   return s / 8;
 }
 
-Vec3 at(const Mesh& mesh, std::size_t el, const std::vector<Vec3>& a, const Vec3& xi) {
+double shape(int corner, const Vec3& xi) {
   constexpr double sign[8][3] = {{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1},
                                  {-1, -1, 1},  {1, -1, 1},  {1, 1, 1},  {-1, 1, 1}};
+  const double* s = sign[corner];
+  return 0.125 * (1 + s[0] * xi[0]) * (1 + s[1] * xi[1]) * (1 + s[2] * xi[2]);
+}
+
+Vec3 at(const Mesh& mesh, std::size_t el, const std::vector<Vec3>& a, const Vec3& xi) {
   Vec3 r = Vec3::Zero();
-  for (std::size_t i = 0; i < 8; ++i)
-    r += 0.125 * (1 + sign[i][0] * xi[0]) * (1 + sign[i][1] * xi[1]) * (1 + sign[i][2] * xi[2]) *
-         a[static_cast<std::size_t>(mesh.elements.node[el][i])];
+  for (int i = 0; i < 8; ++i) r += shape(i, xi) * a[static_cast<std::size_t>(mesh.elements.node[el][static_cast<std::size_t>(i)])];
   return r;
 }
 

@@ -85,6 +85,9 @@ inline void gather(const Elements& elements, std::size_t el, const std::vector<c
 /// Mean of the corners [m].
 core::Vec3 centre(const Mesh& mesh, std::size_t el, const std::vector<core::Vec3>& a);
 
+/// Shape function of a corner at a point of the parent cube [-].
+double shape(int corner, const core::Vec3& xi);
+
 /// Trilinear interpolation of a nodal vector at a point of the parent cube, xi in [-1, 1].
 core::Vec3 at(const Mesh& mesh, std::size_t el, const std::vector<core::Vec3>& a, const core::Vec3& xi);
 

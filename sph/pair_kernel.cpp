@@ -299,23 +299,27 @@ inline Real inverse_distance(const Geometry& g) { return Real(1.0) / (g.r2 + Rea
 
 /// Weights of a foreigner's anchors in its pairs with W particles, into scratch, 32 doubles an anchor from the offset on:
 /// they add up to one and fall to nothing within one spacing of anchors from the middle of the pair. A lattice under uniform
-/// stress is then held still within 2e-3 of the stress at any seam.
+/// stress is then held still within 2e-3 of the stress at any seam. What strangers push acts at the centre.
 inline void weigh_anchors(const AnchorView& anchors, std::size_t k, const Own& own, const Near& b, const Geometry& g,
                           double* scratch) {
   constexpr double radius_over_h = 0.9 / h_over_spacing, floor = 1e-9;
   const Real radius = Real(anchors.spacing * radius_over_h) * g.h, scale = Real(1.0) / (radius * radius);
   Real middle[3], sum(0.0);
   for (int d = 0; d < 3; ++d) middle[d] = Real(0.5) * (own.x[d] + b.place[d]);
-  for (auto n = anchors.start[k]; n < anchors.start[k + 1]; ++n) {
+  const std::size_t centre = anchors.start[k + 1] - anchors.start[k] - 1;
+  const core::Vec3* const x = anchors.x + anchors.start[k];
+  for (std::size_t n = 0; n < centre; ++n) {
     Real off[3];
-    for (int d = 0; d < 3; ++d) off[d] = Real(anchors.x[n][d]) - middle[d];
+    for (int d = 0; d < 3; ++d) off[d] = Real(x[n][d]) - middle[d];
     const Real u = core::max(Real(1.0) - dot(off, off) * scale, Real(0.0)), weight = u * u + Real(floor);
-    core::store(scratch + 32 * (n - anchors.start[k]), weight);
+    core::store(scratch + 32 * n, weight);
     sum += weight;
   }
-  const Real inverse = Real(1.0) / sum;
-  for (std::size_t n = 0; n < anchors.start[k + 1] - anchors.start[k]; ++n)
-    core::store(scratch + 32 * n, core::load<Real>(scratch + 32 * n) * inverse);
+  if (centre == 0) return core::store(scratch, Real(1.0));
+  const Yes kin{b.body() == own.a.body};
+  const Real inverse = core::select(kin, Real(1.0) / sum, Real(0.0));
+  for (std::size_t n = 0; n < centre; ++n) core::store(scratch + 32 * n, core::load<Real>(scratch + 32 * n) * inverse);
+  core::store(scratch + 32 * centre, core::select(kin, Real(0.0), Real(1.0)));
 }
 
 }  // namespace
