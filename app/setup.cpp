@@ -128,7 +128,7 @@ static void choose_settings(Simulation& s) {
   if (c.viscosity_linear >= 0) e.viscosity_linear = c.viscosity_linear;
   if (c.viscosity_quadratic >= 0) e.viscosity_quadratic = c.viscosity_quadratic;
   e.hourglass_stiffness = c.hourglass == "stiffness";
-  e.hourglass = c.hourglass_coefficient >= 0 ? c.hourglass_coefficient : 0.04;
+  if (c.hourglass_coefficient >= 0) e.hourglass = c.hourglass_coefficient;
   if (e.hourglass_stiffness) s.mesh.elements.hourglass.assign(s.mesh.elements.size() * 12, 0.0);
 
   auto& k = s.criteria;

@@ -187,7 +187,7 @@ void Octree::neighbours(std::span<const double> radius, bool symmetric, Neighbou
   const OctreeView tree = view();
   // Where the points are stored nearly along the curve, rows are found by index and are in their place at once.
   // Otherwise they are found along the curve, twice: to know how long each is, and to put it in its place.
-  const bool along_curve = 4 * jumps_ > n;
+  const bool along_curve = 2 * jumps_ > n;
   RowQuery query{own.data(), node_radius_2.empty() ? nullptr : node_radius_2.data(), along_curve, !along_curve};
   const auto find_rows = octree_kernels(isa_).find_rows;
 
