@@ -143,7 +143,7 @@ static std::array<double, n_parts> growth(const Pilot& p, const Size& to) {
   return {n * steps, m * steps, std::sqrt(n * m) * steps};
 }
 
-static double resident_bytes() {
+double resident_bytes() {
   std::ifstream f("/proc/self/statm");
   double all = 0, resident = 0;
   f >> all >> resident;

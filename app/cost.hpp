@@ -31,4 +31,7 @@ struct Cost {
 /// `built` is the case at its own resolution, begun. Uses the threads that are set; budget: for the pilots [s].
 Cost predict_cost(const Simulation& built, double budget = 6);
 
+/// Memory that the process holds now [byte].
+double resident_bytes();
+
 }  // namespace app

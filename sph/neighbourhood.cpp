@@ -15,6 +15,7 @@ using core::Vec3;
 
 /// Part of the reach that lists hold beyond it.
 constexpr double skin = 0.2;
+static_assert(1 + skin <= foreign_reaches, "whatever a list holds must be an actor when it is made");
 
 static Vec3 reflect(const Mirror& m, const Vec3& a) { return a - 2 * m.normal.dot(a) * m.normal; }
 

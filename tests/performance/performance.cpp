@@ -4,7 +4,6 @@
 // checkpoint, bytes a row, and small cases with the time of each stage. Every number is the median of repetitions.
 //   ejecta_performance [--cases DIR] [--json FILE] [--threads N] [--quick]
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <cstdlib>
 #include <filesystem>
@@ -14,6 +13,7 @@
 
 #include "app/bench.hpp"
 #include "app/checkpoint.hpp"
+#include "app/cost.hpp"
 #include "app/setup.hpp"
 #include "app/snapshot.hpp"
 #include "core/isa.hpp"
@@ -86,23 +86,16 @@ static void time_sizes(bool quick, double seconds) {
   }
 }
 
-static double resident() {
-  std::ifstream f("/proc/self/statm");
-  double all = 0, pages = 0;
-  f >> all >> pages;
-  return pages * static_cast<double>(sysconf(_SC_PAGESIZE));
-}
-
 static void weigh() {
-  const double before = resident();
+  const double before = app::resident_bytes();
   const auto mesh = app::straining_block(80, app::bench_material(), io::Mode::fem);
   app::step_elements(*mesh);
-  note("bytes an element", (resident() - before) / static_cast<double>(mesh->n_elements_initial), "byte");
+  note("bytes an element", (app::resident_bytes() - before) / static_cast<double>(mesh->n_elements_initial), "byte");
   const auto block = app::straining_block(40, app::bench_material(), io::Mode::sph);
-  const double set_up = resident();
+  const double set_up = app::resident_bytes();
   app::choose_step(*block, 1);
   app::step(*block);
-  note("bytes a particle (lists, actors, scratch)", (resident() - set_up) / static_cast<double>(block->particles.size()), "byte");
+  note("bytes a particle (lists, actors, scratch)", (app::resident_bytes() - set_up) / static_cast<double>(block->particles.size()), "byte");
 }
 
 template <class F>
