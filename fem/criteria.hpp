@@ -23,7 +23,8 @@ struct Criteria {
   double collapse = 0.04;        ///< always: stable step over the first one below which an element is about to invert [-]
 };
 
-/// Elements of awake blocks that the criteria flag, ascending.
+/// Elements of awake blocks that the criteria flag, ascending. One that is being compressed to pressures where matter flows
+/// is flagged afterwards, unless it turns inside out.
 /// rho_0 [body]: reference density of each body [kg/m3]. Without `all`, only what is about to collapse.
 std::vector<std::uint32_t> flag_elements(const Mesh& mesh, const Criteria& criteria, const std::vector<double>& rho_0,
                                          bool all = true);
