@@ -217,7 +217,7 @@ OctreeTime time_octree(const Cloud& cloud, double seconds) {
   OctreeTime r;
   r.points = x.size();
   tree.build(x);
-  tree.neighbours(cloud.radius, false, found);
+  tree.neighbours_along_curve(cloud.radius, false, found);
   r.neighbours = found.list.size();
   std::vector<double> build, query;
   const auto both = repeat(
@@ -230,7 +230,7 @@ OctreeTime time_octree(const Cloud& cloud, double seconds) {
         const double start = work_clock();
         tree.build(x);
         const double built = work_clock();
-        tree.neighbours(cloud.radius, false, found);
+        tree.neighbours_along_curve(cloud.radius, false, found);
         build.push_back(1e3 * (built - start));
         query.push_back(1e3 * (work_clock() - built));
       });

@@ -167,120 +167,94 @@ std::vector<double> Octree::largest_squared_radii(std::span<const double> radius
   return most;
 }
 
-void Octree::neighbours(std::span<const double> radius, bool symmetric, Neighbours& result) const {
+/// Rows one after the other, as the query wants them: start has n + 1 entries.
+void Octree::find_rows(const RowQuery& query, std::vector<std::uint64_t>& start, std::vector<std::uint32_t>& list) const {
+  const OctreeView tree = view();
+  const auto find = octree_kernels(isa_).find_rows;
+  start.resize(n_ + 1);
+  start[0] = 0;
+  if (threads() == 1) {  // into their place at once
+    RowScratch scratch(row_block);
+    for (std::size_t begin = 0; begin < n_; begin += row_block) {
+      const std::size_t end = std::min(n_, begin + row_block);
+      if (begin > 0) foresee(list, start[begin] * (begin + row_block) / begin, begin + row_block, n_);
+      scratch.store_in(list, start[begin]);
+      find(tree, query, begin, end, scratch);
+      for (std::size_t k = begin; k < end; ++k) start[k + 1] = start[k] + scratch.count[k - begin];
+    }
+  } else {
+    // A few blocks for each thread at a time: their rows are still in the cache when they are copied to their place.
+    const std::size_t at_a_time = 4 * static_cast<std::size_t>(threads());
+    std::vector<RowScratch> scratch;
+    for (std::size_t b = 0; b < std::min(at_a_time, (n_ + row_block - 1) / row_block); ++b) scratch.emplace_back(row_block);
+    for (std::size_t begin = 0; begin < n_; begin += at_a_time * row_block) {
+      const std::size_t end = std::min(n_, begin + at_a_time * row_block);
+      for_each_block(end - begin, row_block, [&](std::size_t first, std::size_t last) {
+        find(tree, query, begin + first, begin + last, scratch[first / row_block]);
+      });
+      for (std::size_t k = begin; k < end; ++k)
+        start[k + 1] = start[k] + scratch[(k - begin) / row_block].count[(k - begin) % row_block];
+      if (start[end] > list.size()) {
+        foresee(list, start[end], end, n_);
+        list.resize(start[end]);
+      }
+      for_each_block(end - begin, row_block, [&](std::size_t first, std::size_t last) {
+        std::copy_n(scratch[first / row_block].row, start[begin + last] - start[begin + first],
+                    list.data() + start[begin + first]);
+      });
+    }
+  }
+  list.resize(start[n_]);
+}
+
+void Octree::find(std::span<const double> radius, bool symmetric, RowOrder rows, Neighbours& result) const {
   const std::size_t n = n_;
   if (radius.size() != n)
     throw std::invalid_argument("octree: " + std::to_string(radius.size()) + " radii for " + std::to_string(n) + " points");
-  result.start.resize(n + 1);
-  result.start[0] = 0;
-  if (n == 0) {
-    result.list.clear();
-    return;
-  }
   constexpr double largest = 1e150;  // its square is finite, and so is the square of any distance that matters
   std::vector<double> own(n + octree_padding, 0.0);
   for_each(n, [&](std::size_t k) { own[k] = std::min(radius[order_[k]], largest); });
   const bool differ = sum(n, std::size_t{0}, [&](std::size_t k) { return std::size_t{own[k] != own[0]}; }) != 0;
   std::vector<double> node_radius_2;
   if (symmetric && differ) node_radius_2 = largest_squared_radii(own);
+  RowQuery query{own.data(), node_radius_2.empty() ? nullptr : node_radius_2.data(), true, false};
 
-  const OctreeView tree = view();
+  if (rows == RowOrder::along_curve) return find_rows(query, result.start, result.list);
   // Where the points are stored nearly along the curve, rows are found by index and are in their place at once.
-  // Otherwise they are found along the curve, twice: to know how long each is, and to put it in its place.
-  const bool along_curve = 2 * jumps_ > n;
-  RowQuery query{own.data(), node_radius_2.empty() ? nullptr : node_radius_2.data(), along_curve, !along_curve};
-  const auto find_rows = octree_kernels(isa_).find_rows;
-
-  // A few blocks for each thread at a time: their rows are still in the cache when they are copied to their place.
-  const std::size_t at_a_time = 4 * static_cast<std::size_t>(threads());
-  std::vector<RowScratch> scratch;
-  for (std::size_t b = 0; b < std::min(at_a_time, (n + row_block - 1) / row_block); ++b) scratch.emplace_back(row_block);
-  const auto rounds = [&](auto&& after_round, auto&& place_rows) {
-    for (std::size_t begin = 0; begin < n; begin += at_a_time * row_block) {
-      const std::size_t end = std::min(n, begin + at_a_time * row_block);
-      for_each_block(end - begin, row_block, [&](std::size_t first, std::size_t last) {
-        find_rows(tree, query, begin + first, begin + last, scratch[first / row_block]);
-      });
-      after_round(begin, end);
-      for_each_block(end - begin, row_block, [&](std::size_t first, std::size_t last) {
-        place_rows(begin + first, begin + last, scratch[first / row_block]);
-      });
-    }
-  };
-  const auto count_of = [&](std::size_t begin, std::size_t k) {
-    return scratch[(k - begin) / row_block].count[(k - begin) % row_block];
-  };
-
-  if (!along_curve && threads() == 1) {  // no need for a copy
-    for (std::size_t begin = 0; begin < n; begin += row_block) {
-      const std::size_t end = std::min(n, begin + row_block);
-      if (begin > 0) foresee(result.list, result.start[begin] * (begin + row_block) / begin, begin + row_block, n);
-      scratch[0].store_in(result.list, result.start[begin]);
-      find_rows(tree, query, begin, end, scratch[0]);
-      for (std::size_t i = begin; i < end; ++i) result.start[i + 1] = result.start[i] + scratch[0].count[i - begin];
-    }
-    result.list.resize(result.start[n]);
-    return;
+  if (2 * jumps_ <= n) {
+    query.along_curve = false, query.sorted = true;
+    return find_rows(query, result.start, result.list);
   }
-  if (!along_curve) {
-    rounds(
-        [&](std::size_t begin, std::size_t end) {
-          std::uint64_t total = result.start[begin];
-          for (std::size_t i = begin; i < end; ++i) result.start[i + 1] = total += count_of(begin, i);
-          if (total <= result.list.size()) return;
-          foresee(result.list, total, end, n);
-          result.list.resize(total);
-        },
-        [&](std::size_t first, std::size_t last, const RowScratch& s) {
-          std::copy_n(s.row, result.start[last] - result.start[first], result.list.data() + result.start[first]);
-        });
-    result.list.resize(result.start[n]);
-    return;
-  }
-  if (symmetric) {
-    // Rows as they are found, unsorted; who has j in its row is in the row of j, so going through the rows by index puts
-    // every row's entries in their place and in order.
-    std::vector<std::uint32_t> found;
-    std::vector<std::uint64_t> found_start(n + 1, 0);
-    rounds(
-        [&](std::size_t begin, std::size_t end) {
-          for (std::size_t k = begin; k < end; ++k) {
-            found_start[k + 1] = found_start[k] + count_of(begin, k);
-            result.start[order_[k] + 1] = count_of(begin, k);
-          }
-          foresee(found, found_start[end], end, n);
-          found.resize(found_start[end]);
-        },
-        [&](std::size_t first, std::size_t last, const RowScratch& s) {
-          std::copy_n(s.row, found_start[last] - found_start[first], found.data() + found_start[first]);
-        });
-    for (std::size_t i = 0; i < n; ++i) result.start[i + 1] += result.start[i];
-    result.list.resize(result.start[n]);
-    std::vector<std::uint64_t> next(result.start.begin(), result.start.end() - 1);
-    const auto parts = static_cast<std::size_t>(threads());
-    for_each_block(parts, 1, [&](std::size_t part, std::size_t) {  // one range of rows each
-      const std::size_t low = n * part / parts, high = n * (part + 1) / parts;
-      for (std::size_t i = 0; i < n; ++i)
-        for (auto k = found_start[rank_[i]]; k < found_start[rank_[i] + 1]; ++k)
-          if (const std::uint32_t j = found[k]; j - low < high - low) result.list[next[j]++] = static_cast<std::uint32_t>(i);
+  Neighbours found;
+  query.sorted = !symmetric;
+  find_rows(query, found.start, found.list);
+  result.start.assign(n + 1, 0);
+  for (std::size_t i = 0; i < n; ++i) result.start[i + 1] = result.start[i] + found.of(rank_[i]).size();
+  result.list.resize(result.start[n]);
+  if (!symmetric) {
+    for_each(n, [&](std::size_t i) {
+      const auto row = found.of(rank_[i]);
+      std::copy(row.begin(), row.end(), result.list.data() + result.start[i]);
     });
     return;
   }
-  rounds([](std::size_t, std::size_t) {},
-         [&](std::size_t first, std::size_t last, const RowScratch& s) {
-           for (std::size_t k = first; k < last; ++k) result.start[order_[k] + 1] = s.count[k - first];
-         });
-  for (std::size_t i = 0; i < n; ++i) result.start[i + 1] += result.start[i];
-  result.list.resize(result.start[n]);
-  query.sorted = true;
-  rounds([](std::size_t, std::size_t) {},
-         [&](std::size_t first, std::size_t last, const RowScratch& s) {
-           const std::uint32_t* row = s.row;
-           for (std::size_t k = first; k < last; ++k) {
-             std::copy_n(row, s.count[k - first], result.list.data() + result.start[order_[k]]);
-             row += s.count[k - first];
-           }
-         });
+  // Who has j in its row is in the row of j: going through the rows by index puts every entry in its place and in order.
+  std::vector<std::uint64_t> next(result.start.begin(), result.start.end() - 1);
+  const auto parts = static_cast<std::size_t>(threads());
+  for_each_block(parts, 1, [&](std::size_t part, std::size_t) {  // one range of rows each
+    const std::size_t low = n * part / parts, high = n * (part + 1) / parts;
+    for (std::size_t i = 0; i < n; ++i)
+      for (const std::uint32_t j : found.of(rank_[i]))
+        if (j - low < high - low) result.list[next[j]++] = static_cast<std::uint32_t>(i);
+  });
+}
+
+void Octree::neighbours(std::span<const double> radius, bool symmetric, Neighbours& result) const {
+  find(radius, symmetric, RowOrder::by_index, result);
+}
+
+void Octree::neighbours_along_curve(std::span<const double> radius, bool symmetric, Neighbours& result) const {
+  find(radius, symmetric, RowOrder::along_curve, result);
 }
 
 void Octree::in_box(const Vec3& low, const Vec3& high, std::vector<std::uint32_t>& found) const {

@@ -22,8 +22,8 @@
 
 namespace core {
 
-/// Neighbours of every point in compressed rows: those of point i are list[start[i]] ... list[start[i + 1] - 1], sorted by
-/// index, without i itself. Use one object again and again: its memory is kept.
+/// Neighbours of every point, by index and without itself, in compressed rows: row i is list[start[i]] ...
+/// list[start[i + 1] - 1]. Use one object again and again: its memory is kept.
 struct Neighbours {
   std::vector<std::uint64_t> start;
   std::vector<std::uint32_t> list;
@@ -34,6 +34,7 @@ struct Neighbours {
 };
 
 struct OctreeView;
+struct RowQuery;
 
 class Octree {
  public:
@@ -42,9 +43,12 @@ class Octree {
   void build(std::span<const Vec3> x);
 
   /// All pairs with |x_i - x_j| < max(radius_i, radius_j) where `symmetric`, else < radius_i: exactly those for which
-  /// dx*dx + dy*dy + dz*dz < r*r in double arithmetic. Radii may differ by any factor. About half the cost where points
-  /// are stored nearly in the order order(): then the rows come out in the order in which they are found.
+  /// dx*dx + dy*dy + dz*dz < r*r in double arithmetic. Radii may differ by any factor. Row i is that of point i, sorted.
+  /// About as quick as rows along the curve where points are stored along it; else sorting costs up to several times as much.
   void neighbours(std::span<const double> radius, bool symmetric, Neighbours& result) const;
+
+  /// The same pairs as they are found: row k is that of point order()[k], its entries in the order of the curve.
+  void neighbours_along_curve(std::span<const double> radius, bool symmetric, Neighbours& result) const;
 
   /// Points inside the closed box [low, high], sorted by index, appended to `found`.
   void in_box(const Vec3& low, const Vec3& high, std::vector<std::uint32_t>& found) const;
@@ -58,6 +62,9 @@ class Octree {
   void set_isa(Isa isa);
 
  private:
+  enum class RowOrder { by_index, along_curve };
+  void find(std::span<const double> radius, bool symmetric, RowOrder rows, Neighbours& result) const;
+  void find_rows(const RowQuery& query, std::vector<std::uint64_t>& start, std::vector<std::uint32_t>& list) const;
   OctreeView view() const;
   void cut_leaves();
   void box_nodes();

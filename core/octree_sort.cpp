@@ -45,6 +45,25 @@ double key_scale(const Cube& c) {
   return scale < 1e300 ? scale : 0;
 }
 
+/// Sorts a few by key, then by the order they stand in.
+void sort_run(std::uint64_t* key, std::uint32_t* index, std::size_t n) {
+  constexpr std::size_t few = 24;
+  if (n <= few) {
+    for (std::size_t i = 1; i < n; ++i) {
+      const std::uint64_t k = key[i];
+      const std::uint32_t id = index[i];
+      std::size_t to = i;
+      for (; to > 0 && key[to - 1] > k; --to) key[to] = key[to - 1], index[to] = index[to - 1];
+      key[to] = k, index[to] = id;
+    }
+    return;
+  }
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> both(n);
+  for (std::size_t i = 0; i < n; ++i) both[i] = {key[i], index[i]};
+  std::stable_sort(both.begin(), both.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  for (std::size_t i = 0; i < n; ++i) std::tie(key[i], index[i]) = both[i];
+}
+
 }  // namespace
 
 void MortonSort::sort(std::span<const Vec3> x, Isa isa, std::vector<std::uint32_t>& order) {
@@ -155,22 +174,17 @@ bool MortonSort::merge_nearly_sorted() {
   return true;
 }
 
-/// Stable: equal keys keep their order.
+/// Stable: equal keys keep their order. By the upper half of the keys, which tells nearly all points apart, digit by digit;
+/// the few that share it are put in order where they stand.
 void MortonSort::radix_sort(std::vector<std::uint64_t>& key, std::vector<std::uint32_t>& index) {
-  constexpr int digit_bits = 11;
+  constexpr int digit_bits = 11, first_bit = 63 - 3 * digit_bits;
   constexpr std::size_t n_digits = std::size_t{1} << digit_bits;
   const std::size_t n = key.size();
-  if (n < 1024) {
-    std::vector<std::pair<std::uint64_t, std::uint32_t>> both(n);
-    for (std::size_t i = 0; i < n; ++i) both[i] = {key[i], index[i]};
-    std::stable_sort(both.begin(), both.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
-    for (std::size_t i = 0; i < n; ++i) std::tie(key[i], index[i]) = both[i];
-    return;
-  }
+  if (n < 1024) return sort_run(key.data(), index.data(), n);
   key_2_.resize(n);
   index_2_.resize(n);
   std::vector<std::array<std::uint32_t, n_digits>> start(n_pieces(n));
-  for (int shift = 0; shift < 63; shift += digit_bits) {
+  for (int shift = first_bit; shift < 63; shift += digit_bits) {
     const auto digit = [shift](std::uint64_t k) { return k >> shift & (n_digits - 1); };
     for_each_block(n, piece, [&](std::size_t first, std::size_t last) {
       auto& count = start[first / piece];
@@ -195,6 +209,15 @@ void MortonSort::radix_sort(std::vector<std::uint64_t>& key, std::vector<std::ui
     key.swap(key_2_);
     index.swap(index_2_);
   }
+  const auto upper = [&](std::size_t k) { return key[k] >> first_bit; };
+  for_each_block(n, piece, [&](std::size_t first, std::size_t last) {  // those that begin in this piece
+    while (first > 0 && first < last && upper(first) == upper(first - 1)) ++first;
+    for (std::size_t end; first < last; first = end) {
+      end = first + 1;
+      while (end < n && upper(end) == upper(first)) ++end;
+      sort_run(&key[first], &index[first], end - first);
+    }
+  });
 }
 
 /// Points that share a key, if they are many and not all in one place, are sorted by keys of their own.

@@ -144,6 +144,22 @@ static void expect_equal(const Neighbours& found, const Neighbours& expected, co
   ASSERT_TRUE(found.list == expected.list) << what;
 }
 
+/// Rows that stand along the curve, by index and sorted.
+static Neighbours by_index(const Neighbours& found, const Octree& tree) {
+  std::vector<std::vector<std::uint32_t>> row(tree.size());
+  for (std::size_t k = 0; k < tree.size(); ++k) {
+    const auto r = found.of(k);
+    row[tree.order()[k]].assign(r.begin(), r.end());
+  }
+  Neighbours sorted{.start = {0}, .list = {}};
+  for (auto& r : row) {
+    std::sort(r.begin(), r.end());
+    sorted.list.insert(sorted.list.end(), r.begin(), r.end());
+    sorted.start.push_back(sorted.list.size());
+  }
+  return sorted;
+}
+
 struct OctreeTest : testing::Test {
   void TearDown() override { core::set_threads(1); }
 };
@@ -164,6 +180,10 @@ TEST_F(OctreeTest, NeighboursAreThoseOfBruteForce) {
             expect_equal(found, expected, c.name + " cloud, radii: " + name + (symmetric ? ", symmetric" : "") + ", isa " +
                                               std::to_string(static_cast<int>(isa)));
             if (HasFatalFailure()) return;
+            if (isa != core::isa()) continue;
+            tree.neighbours_along_curve(r, symmetric, found);
+            expect_equal(by_index(found, tree), expected, c.name + " cloud along the curve, radii: " + name);
+            if (HasFatalFailure()) return;
           }
         }
       }
@@ -180,7 +200,7 @@ TEST_F(OctreeTest, ThreadsAndInstructionSetsChangeNothing) {
     Octree tree;
     tree.build(x);
     const Cloud y = sorted ? in_order(x, tree.order()) : x;
-    Neighbours first, found;
+    Neighbours first, first_along, found;
     std::vector<std::uint32_t> first_order;
     for (const int n_threads : {1, 2, 7})
       for (const Isa isa : instruction_sets()) {
@@ -188,13 +208,17 @@ TEST_F(OctreeTest, ThreadsAndInstructionSetsChangeNothing) {
         tree.set_isa(isa);
         tree.build(y);
         tree.neighbours(r, true, found);
+        Neighbours along;
+        tree.neighbours_along_curve(r, true, along);
         if (first_order.empty()) {
           first = found;
+          first_along = along;
           first_order.assign(tree.order().begin(), tree.order().end());
           ASSERT_GT(found.list.size(), x.size());
         }
         ASSERT_TRUE(std::equal(first_order.begin(), first_order.end(), tree.order().begin()));
         expect_equal(found, first, std::to_string(n_threads) + " threads");
+        expect_equal(along, first_along, std::to_string(n_threads) + " threads, along the curve");
       }
   }
 }
