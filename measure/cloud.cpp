@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Debris clouds. Axial means along the projectile's line of flight (direction d, through the point of aim), radial across
 // it; the angle of a velocity is atan2(radial, axial). A percentile is the smallest value that at least that part of the
-// weight (mass, or axial momentum) does not exceed. Keys follow docs/measurements.md.
+// weight (mass, or magnitude of momentum) does not exceed. Keys follow docs/measurements.md.
 // Half-angle to the outermost projectile material: Campbell & Vignjevic, Int. J. Impact Engng 20 (1997) 143.
 #include <algorithm>
 #include <cmath>
@@ -94,7 +94,7 @@ class Cloud {
   void angles() {
     const auto angle = [&](std::uint32_t row) { return flight_.angle(row); };
     put("spray_half_angle", percentile_of(rows_, spray_part, angle, [&](std::uint32_t row) {
-          return m(row) * flight_.axial_velocity(row);
+          return m(row) * whole_.matter.v[row].norm();
         }), "rad");
     const Rows fast = rows_where(rows_, [&](std::uint32_t row) {
       return flight_.axial_velocity(row) > fast_speed * whole_.impact_speed;
