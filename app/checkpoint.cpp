@@ -25,6 +25,7 @@ static void mesh_state(Archive& a, fem::Mesh& mesh) {
   a("elements/corner_force", e.corner_force), a("elements/alive", e.alive);
   if (!e.hourglass.empty()) a("elements/hourglass", e.hourglass);
   a("mesh/awake_blocks", mesh.awake_blocks), a("mesh/block_awake", mesh.block_awake);
+  a("mesh/body_awake", mesh.body_awake);
   a("mesh/n_alive", mesh.n_alive), a("mesh/n_removed", mesh.n_removed);
 }
 

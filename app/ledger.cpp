@@ -41,15 +41,33 @@ static Totals moving(double m, const Vec3& x, const Vec3& v) {
   return t;
 }
 
-Totals totals(const Simulation& s) {
-  const auto& n = s.mesh.nodes;
-  const auto& e = s.mesh.elements;
-  const auto& p = s.particles;
-  Totals t = core::sum(n.size(), Totals{}, [&](std::size_t i) { return moving(n.m[i], n.x[i], n.v[i]); });
-  t += core::sum(p.size(), Totals{}, [&](std::size_t i) { return moving(p.pt.m[i], p.x[i], p.v[i]); });
-  t.internal = core::sum(e.size(), 0.0, [&](std::size_t el) { return e.alive[el] ? e.pt.m[el] * e.pt.e[el] : 0.0; }) +
-               core::sum(p.size(), 0.0, [&](std::size_t i) { return p.pt.m[i] * p.pt.e[i]; });
+static Totals solid_totals(const fem::Mesh& mesh, std::size_t body) {
+  const auto& n = mesh.nodes;
+  const auto& e = mesh.elements;
+  const std::size_t nd = mesh.body_nodes[body].first, el = mesh.body_elements[body].first;
+  Totals t = core::sum(mesh.body_nodes[body].size(), Totals{},
+                       [&](std::size_t k) { return moving(n.m[nd + k], n.x[nd + k], n.v[nd + k]); });
+  t.internal = core::sum(mesh.body_elements[body].size(), 0.0,
+                         [&](std::size_t k) { return e.alive[el + k] ? e.pt.m[el + k] * e.pt.e[el + k] : 0.0; });
   return t;
+}
+
+/// solid: [body] sums over elements, kept for those that are asleep.
+static Totals totals(const Simulation& s, std::vector<std::optional<Totals>>& solid) {
+  const auto& p = s.particles;
+  Totals t = core::sum(p.size(), Totals{}, [&](std::size_t i) { return moving(p.pt.m[i], p.x[i], p.v[i]); });
+  t.internal = core::sum(p.size(), 0.0, [&](std::size_t i) { return p.pt.m[i] * p.pt.e[i]; });
+  solid.resize(s.mesh.body_nodes.size());
+  for (std::size_t b = 0; b < solid.size(); ++b) {
+    if (s.mesh.body_awake[b] || !solid[b]) solid[b] = solid_totals(s.mesh, b);
+    t += *solid[b];
+  }
+  return t;
+}
+
+Totals totals(const Simulation& s) {
+  std::vector<std::optional<Totals>> solid;
+  return totals(s, solid);
 }
 
 double Ledger::internal() const { return now.internal - hourglass - conversion - contact_heat; }
@@ -72,7 +90,7 @@ static Vec3 conserved(const core::Symmetry& symmetry, Vec3 momentum, bool angula
 
 void account(Simulation& s) {
   Ledger& l = s.ledger;
-  l.now = totals(s);
+  l.now = totals(s, l.solid);
   l.contact = s.contact.dissipated;
   l.contact_heat = s.contact.heated;
   l.wall_impulse = s.contact.wall_impulse;

@@ -5,7 +5,9 @@
 // rows add up to the total.
 #pragma once
 
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "core/types.hpp"
 
@@ -25,6 +27,7 @@ struct Totals {
 
 struct Ledger {
   Totals initial, now;
+  std::vector<std::optional<Totals>> solid;  ///< [body] elements' part of `now`; holds as long as the body is asleep
   double hourglass = 0;         ///< heat from hourglass forces [J]
   double conversion = 0;        ///< heat from kinetic energy that new particles could not carry [J]
   double contact = 0;           ///< kinetic energy taken by contact impulses [J]

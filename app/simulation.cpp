@@ -35,7 +35,15 @@ class StageClock {
 
 static double fastest_node(const fem::Mesh& mesh) {
   const auto& n = mesh.nodes;
-  return std::sqrt(-core::min_where(n.size(), [&](std::size_t nd) { return n.m[nd] > 0 ? -n.v[nd].squaredNorm() : 0.0; }).value);
+  double fastest_2 = 0;
+  for (std::size_t b = 0; b < mesh.body_nodes.size(); ++b) {
+    const auto at = [&](std::size_t k) {
+      const std::size_t nd = mesh.body_nodes[b].first + k;
+      return n.m[nd] > 0 ? -n.v[nd].squaredNorm() : 0.0;
+    };
+    if (mesh.body_awake[b]) fastest_2 = std::max(fastest_2, -core::min_where(mesh.body_nodes[b].size(), at).value);
+  }
+  return std::sqrt(fastest_2);
 }
 
 /// 0: neighbour lists, gradient corrections and stress of everything the pair sums touch.
@@ -63,7 +71,7 @@ static void find_neighbours(Simulation& s) {
 
 /// 1: forces of particles on each other and on the elements they are bonded to.
 static void add_pair_forces(Simulation& s) {
-  std::fill(s.mesh.nodes.f.begin(), s.mesh.nodes.f.end(), core::Vec3::Zero());
+  fem::for_each_node_awake(s.mesh, [&](std::size_t nd) { s.mesh.nodes.f[nd].setZero(); });
   if (s.particles.size() == 0) return;
   sph::add_pair_forces(s.particle_settings, s.hood, s.particles);
   coupling::add_reaction(s.hood, s.bond, s.mesh);
@@ -97,8 +105,10 @@ static void add_pair_work(Simulation& s, const fem::StepTimes& times) {
 static void remove_distorted(Simulation& s) {
   if (s.spec.mode != io::Mode::hybrid && s.spec.mode != io::Mode::erosion) return;
   // elements change little in a step: all but collapsing ones are looked at every few, and go together
-  constexpr int look_every = 4;
-  const auto flagged = fem::flag_elements(s.mesh, s.criteria, s.rho_0, s.steps % look_every == 0);
+  constexpr int look_every = 4, look_at_all_every = 16;
+  constexpr double deformed = 0.3, only_collapsing = 1e300;
+  const double from = s.steps % look_at_all_every == 0 ? 0 : s.steps % look_every == 0 ? deformed : only_collapsing;
+  const auto flagged = fem::flag_elements(s.mesh, s.criteria, s.rho_0, from);
   if (flagged.empty()) return;
   if (s.spec.mode == io::Mode::hybrid) {
     const auto r = coupling::convert_elements(s.mesh, s.particles, flagged, s.spec.particles_per_edge);

@@ -94,7 +94,7 @@ void find_elements(const fem::Mesh& mesh, const sph::Particles& p, Bond& bond) {
   constexpr double coarsest = 2;  // elements' smoothing lengths are searched up to this many times the particles'
   const ParticlesByCell particles(p, sph::foreign_reaches * 0.5 * (1 + coarsest) * range);
   std::vector<std::uint8_t> near(e.size());
-  core::for_each(e.size(), [&](std::size_t el) {
+  const auto look_at = [&](std::size_t el) {
     if (!e.alive[el]) return;
     const Vec3& corner = mesh.nodes.x[static_cast<std::size_t>(e.node[el][0])];
     if ((corner.array() < low.array() - reach).any() || (corner.array() > high.array() + reach).any()) return;
@@ -102,7 +102,12 @@ void find_elements(const fem::Mesh& mesh, const sph::Particles& p, Bond& bond) {
     if (!cells.near(x)) return;
     const double h = std::min(sph::h_over_spacing * std::cbrt(e.pt.m[el] / e.pt.rho[el]) / bond.per_edge, coarsest * h_max);
     near[el] = particles.within(x, h, sph::foreign_reaches * bond.per_edge) ? 2 : 1;
-  });
+  };
+  for (std::size_t b = 0; b < mesh.body_elements.size(); ++b) {
+    const bool apart = (mesh.body_low[b].array() > high.array() + reach).any() || (mesh.body_high[b].array() < low.array() - reach).any();
+    if (apart && !mesh.body_awake[b]) continue;
+    core::for_each(mesh.body_elements[b].size(), [&](std::size_t k) { look_at(mesh.body_elements[b].first + k); });
+  }
   for (std::size_t el = 0; el < near.size(); ++el)
     if (near[el]) (near[el] == 2 ? bond.elements : bond.watched).push_back(static_cast<std::uint32_t>(el));
   update_centres(mesh, bond);
@@ -114,27 +119,34 @@ void find_seam(const fem::Mesh& mesh, Bond& bond) {
     const auto n = static_cast<std::size_t>(nd);
     return std::span(mesh.corners).subspan(mesh.corner_start[n], mesh.corner_start[n + 1] - mesh.corner_start[n]);
   };
-  std::vector<std::uint8_t> on_seam(mesh.nodes.size(), 0), touches_seam(e.size(), 0);
-  core::for_each(mesh.nodes.size(), [&](std::size_t nd) {
-    const auto around = elements_at(static_cast<std::int32_t>(nd));
-    on_seam[nd] = std::any_of(around.begin(), around.end(), [&](std::uint32_t corner) { return !e.alive[corner / 8]; });
-  });
-  const auto seam = [&](std::int32_t nd) { return on_seam[static_cast<std::size_t>(nd)] != 0; };
-  core::for_each(e.size(), [&](std::size_t el) { touches_seam[el] = std::any_of(e.node[el].begin(), e.node[el].end(), seam); });
+  enum : std::uint8_t { no, yes, unknown };
+  std::vector<std::uint8_t> on_seam(mesh.nodes.size(), unknown), at_seam(e.size(), unknown);
+  const auto seam = [&](std::int32_t nd) {
+    auto& on = on_seam[static_cast<std::size_t>(nd)];
+    if (on == unknown) {
+      const auto around = elements_at(nd);
+      on = std::any_of(around.begin(), around.end(), [&](std::uint32_t corner) { return !e.alive[corner / 8]; });
+    }
+    return on == yes;
+  };
+  const auto touches_seam = [&](std::size_t el) {
+    if (at_seam[el] == unknown) at_seam[el] = std::any_of(e.node[el].begin(), e.node[el].end(), seam);
+    return at_seam[el] == yes;
+  };
   bond.seam_start.assign(1, 0);
   bond.seam_node.clear();
   std::vector<std::uint32_t> around;
   std::vector<std::int32_t> found;
   for (const std::uint32_t el : bond.elements) {
     found.clear();
-    if (touches_seam[el]) {
+    if (touches_seam(el)) {
       for (const auto nd : e.node[el])
         if (seam(nd)) found.push_back(nd);
     } else {
       around.clear();
       for (const auto nd : e.node[el])
         for (const auto corner : elements_at(nd))
-          if (touches_seam[corner / 8] && std::find(around.begin(), around.end(), corner / 8) == around.end())
+          if (touches_seam(corner / 8) && std::find(around.begin(), around.end(), corner / 8) == around.end())
             around.push_back(corner / 8);
       for (const auto other : around)
         for (const auto nd : e.node[other])

@@ -396,15 +396,16 @@ static void resolve_bodies(const Matter& a, const ContactSettings& settings, dou
   c.step = 1e300;
   if (!settings.enabled || a.mesh.n_alive == 0) return;
   if (time + steps_covered * a.dt < c.quiet_until && c.quiet_removed == a.mesh.n_removed) return;
-  if (!keep_lists(a.mesh, a.particles, a.dt, c.lists)) {
-    const double quiet = time_to_meet(a.mesh, a.particles);
+  if (!keep_lists(a.mesh, a.particles, time, a.dt, c.lists)) {
+    const auto times = times_to_meet(a.mesh, a.particles);
+    const double quiet = *std::min_element(times.begin(), times.end());
     if (quiet > steps_ahead * a.dt) {
       c.quiet_until = time + quiet;
       c.quiet_removed = a.mesh.n_removed;
       c.lists.valid = false;
       return;
     }
-    make_lists(a.mesh, a.particles, a.dt, c.lists);
+    make_lists(a.mesh, a.particles, times, time, a.dt, c.lists);
     ++c.searches;
   }
   resolve_faces(a, settings, c, x);

@@ -100,7 +100,7 @@ static void list_points(const fem::Mesh& mesh, const sph::Particles& particles, 
   std::size_t body = 0;
   for (const auto nd : l.surface.nodes) {
     while (!mesh.body_nodes[body].contains(nd)) ++body;
-    l.points.push_back({nd, false, static_cast<std::int32_t>(body)});
+    if (!l.left_out[body]) l.points.push_back({nd, false, static_cast<std::int32_t>(body)});
   }
   if (mesh.n_removed > 0)  // free nodes: mass but no element alive
     for (std::uint32_t nd = 0; nd < mesh.nodes.size(); ++nd)
@@ -192,11 +192,26 @@ static void pair_up(const ContactLists& l, ContactBin& bin, std::vector<std::uin
   }
 }
 
-void make_lists(const fem::Mesh& mesh, const sph::Particles& particles, double dt, ContactLists& l) {
+/// Bodies that are out of everybody's reach for many steps.
+static void leave_out(std::span<const double> times_to_meet, double time, double dt, ContactLists& l) {
+  constexpr double steps = 40;
+  l.left_out.assign(times_to_meet.size(), 0);
+  l.until = 1e300;
+  for (std::size_t b = 0; b < l.left_out.size(); ++b)
+    if (times_to_meet[b] > steps * dt) {
+      l.left_out[b] = 1;
+      l.until = std::min(l.until, time + times_to_meet[b]);
+    }
+}
+
+void make_lists(const fem::Mesh& mesh, const sph::Particles& particles, std::span<const double> times_to_meet, double time,
+                double dt, ContactLists& l) {
   fem::update_surface(mesh, l.surface);
+  leave_out(times_to_meet, time, dt, l);
   list_points(mesh, particles, l);
-  l.faces.resize(l.surface.faces.size());
-  core::for_each(l.faces.size(), [&](std::size_t f) { l.faces[f] = contact_face(mesh, l.surface.faces[f]); });
+  l.faces.clear();
+  for (const auto& f : l.surface.faces)
+    if (!l.left_out[mesh.elements.body[f.element]]) l.faces.push_back(contact_face(mesh, f));
   l.node_built = mesh.nodes.x;
   l.particle_built = particles.x;
   l.candidates.clear();
@@ -241,6 +256,7 @@ static bool add_point(ContactLists& l, const ContactPoint& point) {
 }
 
 static bool add_face(ContactLists& l, const ContactFace& face) {
+  if (l.left_out[static_cast<std::size_t>(face.body)]) return false;
   for (const auto nd : face.node)
     if (l.node_bin[nd] == Cells::none) return false;
   const auto f = static_cast<std::uint32_t>(l.faces.size());
@@ -278,6 +294,7 @@ static bool extend(const fem::Mesh& mesh, const sph::Particles& particles, Conta
   for (const auto nd : l.surface.new_nodes)
     if (!add_point(l, {nd, false, body_of_node(mesh, nd)})) return false;
   for (std::size_t i = before; i < particles.size(); ++i) {
+    if (l.left_out[particles.body[i]]) return false;
     l.particle_built.push_back(earlier(mesh, particles, i, l));
     if (!add_point(l, {static_cast<std::uint32_t>(i), true, -1})) return false;
   }
@@ -328,8 +345,8 @@ static bool hold(const fem::Mesh& mesh, const sph::Particles& particles, double 
          }).value >= -limit;
 }
 
-bool keep_lists(const fem::Mesh& mesh, const sph::Particles& particles, double dt, ContactLists& l) {
-  if (!l.valid) return false;
+bool keep_lists(const fem::Mesh& mesh, const sph::Particles& particles, double time, double dt, ContactLists& l) {
+  if (!l.valid || time + steps_covered * dt > l.until) return false;
   const bool grows = l.surface.n_removed != mesh.n_removed || l.particle_built.size() != particles.size();
   // Paths are straight: what held at the last step's end and holds ahead holds in between.
   return (!grows || (extend(mesh, particles, l) && hold(mesh, particles, 0, l))) &&
@@ -338,7 +355,7 @@ bool keep_lists(const fem::Mesh& mesh, const sph::Particles& particles, double d
 
 // ------------------------------------------------------------------------------------------------ whole bodies
 
-double time_to_meet(const fem::Mesh& mesh, const sph::Particles& particles) {
+std::vector<double> times_to_meet(const fem::Mesh& mesh, const sph::Particles& particles) {
   struct Extent {
     Box box;
     double speed_2 = 0;
@@ -364,16 +381,20 @@ double time_to_meet(const fem::Mesh& mesh, const sph::Particles& particles) {
           return a;
         });
   for (std::size_t i = 0; i < particles.size(); ++i) cloud[particles.body[i]].add(particles.x[i], particles.v[i]);
-  double gap = 1e300, speed_2 = 0;
-  for (std::size_t a = 0; a < n; ++a) {
-    speed_2 = std::max({speed_2, solid[a].speed_2, cloud[a].speed_2});
-    for (std::size_t b = 0; b < n; ++b) {
-      if (solid[b].box.empty()) continue;
-      if (a < b && !solid[a].box.empty()) gap = std::min(gap, solid[a].box.distance(solid[b].box));
+  double speed_2 = 0;
+  for (std::size_t b = 0; b < n; ++b) speed_2 = std::max({speed_2, solid[b].speed_2, cloud[b].speed_2});
+  const double closing = 2 * 1.2 * std::sqrt(speed_2) + 1e-300;  // both may move, and be sped up a little meanwhile
+  std::vector<double> time(n, 1e300);
+  for (std::size_t b = 0; b < n; ++b) {
+    if (solid[b].box.empty()) continue;
+    double gap = 1e300;
+    for (std::size_t a = 0; a < n; ++a) {
+      if (a != b && !solid[a].box.empty()) gap = std::min(gap, solid[a].box.distance(solid[b].box));
       if (!cloud[a].box.empty()) gap = std::min(gap, cloud[a].box.distance(solid[b].box));
     }
+    time[b] = gap / closing;
   }
-  return gap / (2 * 1.2 * std::sqrt(speed_2) + 1e-300);  // both may move, and be sped up a little meanwhile
+  return time;
 }
 
 }  // namespace coupling

@@ -9,6 +9,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "core/cells.hpp"
@@ -81,6 +82,8 @@ struct ContactLists {
   std::vector<core::Vec3> node_built;     ///< positions when the lists were made [m]
   std::vector<core::Vec3> particle_built;
   double reach = 0, far = 0, apart = 0;   ///< [m]
+  std::vector<std::uint8_t> left_out;     ///< [body] nothing can reach it, nor it anything, before `until`
+  double until = 0;                       ///< [s]
   bool valid = false;
 };
 
@@ -88,13 +91,14 @@ struct ContactLists {
 constexpr double steps_covered = 2.1;
 
 /// Puts what has appeared since into the lists. False when that cannot be done, or when they no longer hold every pair
-/// that may meet within the next steps_covered steps at the velocities now.
-bool keep_lists(const fem::Mesh& mesh, const sph::Particles& particles, double dt, ContactLists& lists);
+/// that may meet within the next steps_covered steps at the velocities now. time: of the step's start [s].
+bool keep_lists(const fem::Mesh& mesh, const sph::Particles& particles, double time, double dt, ContactLists& lists);
 
-/// New lists.
-void make_lists(const fem::Mesh& mesh, const sph::Particles& particles, double dt, ContactLists& lists);
+/// New lists, without the bodies whose time to meet anything is far off.
+void make_lists(const fem::Mesh& mesh, const sph::Particles& particles, std::span<const double> times_to_meet, double time,
+                double dt, ContactLists& lists);
 
-/// The time before which no two groups (elements of one body, particles of one body) can touch [s].
-double time_to_meet(const fem::Mesh& mesh, const sph::Particles& particles);
+/// For each body, how long its elements cannot touch those of another body nor any particle [s].
+std::vector<double> times_to_meet(const fem::Mesh& mesh, const sph::Particles& particles);
 
 }  // namespace coupling

@@ -25,10 +25,10 @@ static bool in_shock(const core::Points& pt, std::size_t el) {
   return pt.q[el] > 0 && pt.p[el] > of_modulus * pt.rho[el] * pt.c[el] * pt.c[el];
 }
 
-static bool too_distorted(const Mesh& mesh, std::size_t el, const Criteria& c, double rho_0, bool all) {
+static bool too_distorted(const Mesh& mesh, std::size_t el, const Criteria& c, double rho_0, double from) {
   const Elements& e = mesh.elements;
   if (e.dt[el] < c.collapse * e.dt_0[el]) return true;
-  if (!all) return false;
+  if (e.deformation[el] < from) return false;
   if (e.pt.rho[el] < c.expansion * rho_0) return true;
   if (in_shock(e.pt, el)) return e.deformation[el] > smallest_deformation && smallest_corner_jacobian(corners_of(mesh, el)) <= 0;
   if (c.use_deformation && e.deformation[el] > c.deformation) return true;
@@ -43,13 +43,13 @@ static bool too_distorted(const Mesh& mesh, std::size_t el, const Criteria& c, d
 }
 
 std::vector<std::uint32_t> flag_elements(const Mesh& mesh, const Criteria& criteria, const std::vector<double>& rho_0,
-                                         bool all) {
+                                         double from) {
   const Elements& e = mesh.elements;
   std::vector<std::uint8_t> flag(n_awake(mesh));
   const auto row = [&](std::size_t k) { return mesh.awake_blocks[k / block_size] * block_size + k % block_size; };
   core::for_each(flag.size(), [&](std::size_t k) {
     const std::size_t el = row(k);
-    flag[k] = e.alive[el] && too_distorted(mesh, el, criteria, rho_0[e.body[el]], all);
+    flag[k] = e.alive[el] && too_distorted(mesh, el, criteria, rho_0[e.body[el]], from);
   });
   std::vector<std::uint32_t> flagged;
   for (std::size_t k = 0; k < flag.size(); ++k)

@@ -25,9 +25,10 @@ struct Criteria {
 
 /// Elements of awake blocks that the criteria flag, ascending. One that is being compressed to pressures where matter flows
 /// is flagged afterwards, unless it turns inside out.
-/// rho_0 [body]: reference density of each body [kg/m3]. Without `all`, only what is about to collapse.
+/// rho_0 [body]: reference density of each body [kg/m3]. Elements whose total deformation is less than `from` are looked at
+/// for collapse only.
 std::vector<std::uint32_t> flag_elements(const Mesh& mesh, const Criteria& criteria, const std::vector<double>& rho_0,
-                                         bool all = true);
+                                         double from = 0);
 
 /// Remembers the shape as built (Jacobian ratio); call once before the first step if the criteria use it.
 void store_initial_shape(Mesh& mesh);

@@ -11,7 +11,7 @@ void kick_nodes(Mesh& mesh, double dt) {
   Nodes& n = mesh.nodes;
   const double* force = mesh.elements.corner_force.data();
   constexpr std::size_t ahead = 8 * block_size;
-  core::for_each(n.size(), [&](std::size_t nd) {
+  for_each_node_awake(mesh, [&](std::size_t nd) {
     if (!n.awake[nd] || n.m[nd] == 0) return;
     Vec3 f = n.f[nd];
     for (auto k = mesh.corner_start[nd]; k < mesh.corner_start[nd + 1]; ++k) {
@@ -36,7 +36,7 @@ void kick_nodes(Mesh& mesh, double dt) {
 
 void drift_nodes(Mesh& mesh, double dt) {
   Nodes& n = mesh.nodes;
-  core::for_each(n.size(), [&](std::size_t nd) {
+  for_each_node_awake(mesh, [&](std::size_t nd) {
     if (n.awake[nd] && n.m[nd] > 0) n.x[nd] += n.v[nd] * dt;
   });
 }
@@ -62,11 +62,15 @@ ElementSums update_awake_elements(Mesh& mesh, const std::vector<material::Materi
   return total;
 }
 
-/// Sets nodes.awake from block_awake, and the sorted list of awake blocks.
+/// The sorted list of awake blocks, and which bodies have any.
 static void list_awake(Mesh& mesh) {
   mesh.awake_blocks.clear();
-  for (std::size_t b = 0; b < mesh.block_awake.size(); ++b)
-    if (mesh.block_awake[b]) mesh.awake_blocks.push_back(static_cast<std::uint32_t>(b));
+  for (std::size_t body = 0; body < mesh.body_elements.size(); ++body) {
+    const std::size_t before = mesh.awake_blocks.size();
+    for (std::size_t b = mesh.body_elements[body].first / block_size; b < mesh.body_elements[body].last / block_size; ++b)
+      if (mesh.block_awake[b]) mesh.awake_blocks.push_back(static_cast<std::uint32_t>(b));
+    mesh.body_awake[body] = mesh.awake_blocks.size() > before;
+  }
 }
 
 void sleep_resting(Mesh& mesh) {
@@ -97,14 +101,19 @@ void wake_moving(Mesh& mesh, double threshold) {
   const double limit = threshold * threshold;
   const Nodes& n = mesh.nodes;
   std::vector<std::uint8_t> struck(mesh.block_awake.size());
-  core::for_each(struck.size(), [&](std::size_t b) {
-    if (mesh.block_awake[b]) return;
-    for (std::size_t el = b * block_size; el < (b + 1) * block_size; ++el)
-      for (const auto node : mesh.elements.node[el]) {
-        const auto nd = static_cast<std::size_t>(node);
-        if (n.awake[nd] && mesh.elements.alive[el] && n.v[nd].squaredNorm() > limit) struck[b] = 1;
-      }
-  });
+  for (std::size_t body = 0; body < mesh.body_elements.size(); ++body) {
+    if (!mesh.body_awake[body]) continue;
+    const std::size_t first = mesh.body_elements[body].first / block_size;
+    core::for_each(mesh.body_elements[body].size() / block_size, [&](std::size_t k) {
+      const std::size_t b = first + k;
+      if (mesh.block_awake[b]) return;
+      for (std::size_t el = b * block_size; el < (b + 1) * block_size; ++el)
+        for (const auto node : mesh.elements.node[el]) {
+          const auto nd = static_cast<std::size_t>(node);
+          if (n.awake[nd] && mesh.elements.alive[el] && n.v[nd].squaredNorm() > limit) struck[b] = 1;
+        }
+    });
+  }
   bool woke = false;
   for (std::size_t b = 0; b < struck.size(); ++b)
     if (struck[b]) woke |= wake_block(mesh, b);

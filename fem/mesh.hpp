@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/parallel.hpp"
 #include "core/points.hpp"
 #include "core/types.hpp"
 #include "fem/generate.hpp"
@@ -55,11 +56,13 @@ struct Mesh {
   Elements elements;
   std::vector<core::Range> body_elements;  ///< of every body, padding included
   std::vector<core::Range> body_nodes;
+  std::vector<core::Vec3> body_low, body_high;  ///< box around the nodes as built, where they stay while the body sleeps [m]
   std::vector<int> body_material;          ///< index into the simulation's materials
   std::vector<std::uint32_t> corner_start; ///< [nodes + 1] rows of corners
   std::vector<std::uint32_t> corners;      ///< element * 8 + corner, ascending within a row
   std::vector<std::uint32_t> awake_blocks; ///< ascending
   std::vector<std::uint8_t> block_awake;
+  std::vector<std::uint8_t> body_awake;    ///< 1 where a block of the body is awake; the nodes of others are at rest
   std::size_t n_alive = 0, n_removed = 0;
 };
 
@@ -72,6 +75,16 @@ void add_empty_body(Mesh& mesh, int material);
 
 /// Node-to-corner rows, lumped masses, everything awake. Call once, after the last body.
 void finish(Mesh& mesh);
+
+/// f(node) for every node of bodies that are awake, in no particular order.
+template <class F>
+void for_each_node_awake(const Mesh& mesh, F&& f) {
+  for (std::size_t b = 0; b < mesh.body_nodes.size(); ++b)
+    if (mesh.body_awake[b]) {
+      const std::size_t first = mesh.body_nodes[b].first;
+      core::for_each(mesh.body_nodes[b].size(), [&](std::size_t k) { f(first + k); });
+    }
+}
 
 /// The eight corners of an element.
 template <class Get>
