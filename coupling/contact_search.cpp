@@ -363,23 +363,39 @@ std::vector<double> times_to_meet(const fem::Mesh& mesh, const sph::Particles& p
       box.add(x);
       speed_2 = std::max(speed_2, v.squaredNorm());
     }
+    void add(const Extent& o) {
+      box.add(o.box);
+      speed_2 = std::max(speed_2, o.speed_2);
+    }
   };
   const std::size_t n = mesh.body_elements.size();
   std::vector<Extent> solid(n), cloud(n);
-  for (std::size_t b = 0; b < n; ++b)
-    solid[b] = core::reduce(
-        mesh.body_nodes[b].size(), Extent{},
+  for (std::size_t b = 0; b < n; ++b) {
+    if (mesh.body_nodes[b].size() == 0) continue;
+    if (!mesh.body_awake[b]) {
+      solid[b].box = {mesh.body_low[b], mesh.body_high[b]};
+      continue;
+    }
+    struct Both {
+      Extent solid, free;
+    };
+    const Both both = core::reduce(
+        mesh.body_nodes[b].size(), Both{},
         [&](std::size_t first, std::size_t last) {
-          Extent e;
+          Both e;
           for (std::size_t nd = mesh.body_nodes[b].first + first; nd < mesh.body_nodes[b].first + last; ++nd)
-            if (mesh.nodes.m[nd] > 0) e.add(mesh.nodes.x[nd], mesh.nodes.v[nd]);
+            if (mesh.nodes.m[nd] > 0)
+              (mesh.n_removed == 0 || belongs_to_elements(mesh, nd) ? e.solid : e.free).add(mesh.nodes.x[nd], mesh.nodes.v[nd]);
           return e;
         },
-        [](Extent a, const Extent& o) {
-          a.box.add(o.box);
-          a.speed_2 = std::max(a.speed_2, o.speed_2);
+        [](Both a, const Both& o) {
+          a.solid.add(o.solid);
+          a.free.add(o.free);
           return a;
         });
+    solid[b] = both.solid;
+    cloud[b] = both.free;  // may strike the body that they come from
+  }
   for (std::size_t i = 0; i < particles.size(); ++i) cloud[particles.body[i]].add(particles.x[i], particles.v[i]);
   double speed_2 = 0;
   for (std::size_t b = 0; b < n; ++b) speed_2 = std::max({speed_2, solid[b].speed_2, cloud[b].speed_2});

@@ -62,7 +62,7 @@ ElementSums update_awake_elements(Mesh& mesh, const std::vector<material::Materi
   return total;
 }
 
-/// The sorted list of awake blocks, and which bodies have any.
+/// The sorted list of awake blocks in which something is alive, and which bodies have any awake.
 static void list_awake(Mesh& mesh) {
   mesh.awake_blocks.clear();
   for (std::size_t body = 0; body < mesh.body_elements.size(); ++body) {
@@ -71,6 +71,7 @@ static void list_awake(Mesh& mesh) {
       if (mesh.block_awake[b]) mesh.awake_blocks.push_back(static_cast<std::uint32_t>(b));
     mesh.body_awake[body] = mesh.awake_blocks.size() > before;
   }
+  drop_dead_blocks(mesh);
 }
 
 void sleep_resting(Mesh& mesh) {
@@ -96,13 +97,13 @@ static bool wake_block(Mesh& mesh, std::size_t b) {
   return true;
 }
 
-void wake_moving(Mesh& mesh, double threshold) {
+void wake_moving(Mesh& mesh, double threshold, bool struck_bodies) {
   if (mesh.awake_blocks.size() == mesh.block_awake.size()) return;
   const double limit = threshold * threshold;
   const Nodes& n = mesh.nodes;
   std::vector<std::uint8_t> struck(mesh.block_awake.size());
   for (std::size_t body = 0; body < mesh.body_elements.size(); ++body) {
-    if (!mesh.body_awake[body]) continue;
+    if (!mesh.body_awake[body] && !struck_bodies) continue;
     const std::size_t first = mesh.body_elements[body].first / block_size;
     core::for_each(mesh.body_elements[body].size() / block_size, [&](std::size_t k) {
       const std::size_t b = first + k;
@@ -117,19 +118,13 @@ void wake_moving(Mesh& mesh, double threshold) {
   bool woke = false;
   for (std::size_t b = 0; b < struck.size(); ++b)
     if (struck[b]) woke |= wake_block(mesh, b);
-  if (woke) {
-    list_awake(mesh);
-    drop_dead_blocks(mesh);
-  }
+  if (woke) list_awake(mesh);
 }
 
 void wake_elements(Mesh& mesh, std::span<const std::uint32_t> elements) {
   bool woke = false;
   for (const auto el : elements) woke |= wake_block(mesh, el / block_size);
-  if (woke) {
-    list_awake(mesh);
-    drop_dead_blocks(mesh);
-  }
+  if (woke) list_awake(mesh);
 }
 
 void drop_dead_blocks(Mesh& mesh) {
@@ -141,9 +136,13 @@ void drop_dead_blocks(Mesh& mesh) {
 }
 
 core::MinWhere stable_step(const Mesh& mesh) {
-  const auto& dt = mesh.elements.dt;
+  const Elements& e = mesh.elements;
+  const auto moving = [&](std::size_t el) {
+    return std::any_of(e.node[el].begin(), e.node[el].end(), [&](std::int32_t nd) { return !mesh.nodes.v[static_cast<std::size_t>(nd)].isZero(0); });
+  };
   auto r = core::min_where(n_awake(mesh), [&](std::size_t k) {
-    return dt[mesh.awake_blocks[k / block_size] * block_size + k % block_size];
+    const std::size_t el = mesh.awake_blocks[k / block_size] * block_size + k % block_size;
+    return e.deformation[el] > 0 || (e.alive[el] && moving(el)) ? e.dt[el] : 1e300;
   });
   if (!mesh.awake_blocks.empty()) r.index = mesh.awake_blocks[r.index / block_size] * block_size + r.index % block_size;
   return r;

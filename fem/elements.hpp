@@ -25,9 +25,9 @@ ElementSums update_awake_elements(Mesh& mesh, const std::vector<material::Materi
 /// Everything goes to sleep whose nodes are at rest; call at the start only.
 void sleep_resting(Mesh& mesh);
 
-/// Wakes the elements at every node that moves faster than `threshold` [m/s]. A block wakes as a whole. Returns the
-/// number of elements asleep (alive).
-void wake_moving(Mesh& mesh, double threshold);
+/// Wakes the elements at every node that moves faster than `threshold` [m/s]. A block wakes as a whole. Bodies of which
+/// everything is asleep are looked at where contact may have struck them.
+void wake_moving(Mesh& mesh, double threshold, bool struck_bodies);
 
 /// Wakes the blocks of these elements.
 void wake_elements(Mesh& mesh, std::span<const std::uint32_t> elements);
@@ -38,7 +38,7 @@ void drop_dead_blocks(Mesh& mesh);
 /// Rows of awake blocks.
 inline std::size_t n_awake(const Mesh& mesh) { return mesh.awake_blocks.size() * block_size; }
 
-/// The smallest stable step of the awake elements and where.
+/// The smallest stable step of the elements that have ever moved and where: the same whether the others sleep or not.
 core::MinWhere stable_step(const Mesh& mesh);
 
 }  // namespace fem
