@@ -14,63 +14,65 @@ namespace coupling {
 
 using core::Vec3;
 
-/// Cells of one reach that hold a particle or touch one that does: a coarse sieve for centres of elements.
-class OccupiedCells {
- public:
-  OccupiedCells(const sph::Particles& p, double reach) {
-    own_.reset(reach);
-    cells_.reset(reach);
-    for (const Vec3& x : p.x) {
-      const core::Cell c = own_.cell(x);
-      const std::size_t before = own_.size();
-      own_.insert(c);
-      if (own_.size() == before) continue;
-      for (std::int64_t i = -1; i <= 1; ++i)
-        for (std::int64_t j = -1; j <= 1; ++j)
-          for (std::int64_t k = -1; k <= 1; ++k) cells_.insert({c[0] + i, c[1] + j, c[2] + k});
-    }
-  }
-  bool near(const Vec3& x) const { return cells_.find(cells_.cell(x)) != core::Cells::none; }
-
- private:
-  core::Cells own_, cells_;
-};
-
-/// Particles by cells of the longest reach.
+/// Some particles by cells of one reach, and for each cell that holds one or touches one that does, which those are.
 class ParticlesByCell {
  public:
-  ParticlesByCell(const sph::Particles& p, double reach) : p_(p) {
+  ParticlesByCell(const sph::Particles& p, std::span<const std::uint32_t> rows, double reach) : p_(p) {
+    core::Cells own;
+    own.reset(reach);
     cells_.reset(reach);
-    std::vector<std::uint32_t> cell(p.size());
-    for (std::size_t i = 0; i < p.size(); ++i) cell[i] = cells_.insert(cells_.cell(p.x[i]));
-    start_.assign(cells_.size() + 1, 0);
-    for (const auto c : cell) ++start_[c + 1];
-    for (std::size_t c = 0; c < cells_.size(); ++c) start_[c + 1] += start_[c];
-    index_.resize(p.size());
-    std::vector<std::uint32_t> next(start_.begin(), start_.end() - 1);
-    for (std::size_t i = 0; i < p.size(); ++i) index_[next[cell[i]]++] = static_cast<std::uint32_t>(i);
+    std::vector<std::uint32_t> cell(rows.size());
+    for (std::size_t k = 0; k < rows.size(); ++k) cell[k] = own.insert(own.cell(p.x[rows[k]]));
+    index_ = sort_into_rows(cell, own.size(), start_, [&](std::size_t k) { return rows[k]; });
+    std::vector<std::uint32_t> around;
+    for (std::uint32_t c = 0; c < own.size(); ++c)
+      for (std::int64_t i = -1; i <= 1; ++i)
+        for (std::int64_t j = -1; j <= 1; ++j)
+          for (std::int64_t k = -1; k <= 1; ++k) around.push_back(cells_.insert({own[c][0] + i, own[c][1] + j, own[c][2] + k}));
+    occupied_ = sort_into_rows(around, cells_.size(), occupied_start_, [](std::size_t k) { return static_cast<std::uint32_t>(k / 27); });
   }
-  /// Is there a particle nearer than `reaches` times what its kernel and one of smoothing length h reach together?
+  /// Is there one in the cell of x or in one that touches it?
+  bool touch(const Vec3& x) const { return cells_.find(cells_.cell(x)) != core::Cells::none; }
+  /// Is one of those nearer than `reaches` times what its kernel and one of smoothing length h reach together?
   bool within(const Vec3& x, double h, double reaches) const {
-    const core::Cell c = cells_.cell(x);
-    for (std::int64_t i = -1; i <= 1; ++i)
-      for (std::int64_t j = -1; j <= 1; ++j)
-        for (std::int64_t k = -1; k <= 1; ++k) {
-          const auto cell = cells_.find({c[0] + i, c[1] + j, c[2] + k});
-          if (cell == core::Cells::none) continue;
-          for (auto n = start_[cell]; n < start_[cell + 1]; ++n) {
-            const double range = reaches * sph::kernel_reach * 0.5 * (h + p_.h[index_[n]]);
-            if ((p_.x[index_[n]] - x).squaredNorm() < range * range) return true;
-          }
-        }
+    const auto c = cells_.find(cells_.cell(x));
+    for (auto o = occupied_start_[c]; o < occupied_start_[c + 1]; ++o)
+      for (auto n = start_[occupied_[o]]; n < start_[occupied_[o] + 1]; ++n) {
+        const double range = reaches * sph::kernel_reach * 0.5 * (h + p_.h[index_[n]]);
+        if ((p_.x[index_[n]] - x).squaredNorm() < range * range) return true;
+      }
     return false;
   }
 
  private:
+  /// value(k) in rows by key[k], in order of k.
+  template <class Value>
+  static std::vector<std::uint32_t> sort_into_rows(const std::vector<std::uint32_t>& key, std::size_t n_rows, std::vector<std::uint32_t>& start,
+                                                   Value&& value) {
+    start.assign(n_rows + 1, 0);
+    for (const auto k : key) ++start[k + 1];
+    for (std::size_t r = 0; r < n_rows; ++r) start[r + 1] += start[r];
+    std::vector<std::uint32_t> next(start.begin(), start.end() - 1), sorted(key.size());
+    for (std::size_t k = 0; k < key.size(); ++k) sorted[next[key[k]]++] = value(k);
+    return sorted;
+  }
+
   const sph::Particles& p_;
   core::Cells cells_;
-  std::vector<std::uint32_t> start_, index_;
+  std::vector<std::uint32_t> start_, index_, occupied_start_, occupied_;
 };
+
+/// Box around what is left of a body.
+static void box_of(const fem::Mesh& mesh, std::size_t body, Vec3& low, Vec3& high) {
+  low = mesh.body_low[body], high = mesh.body_high[body];
+  if (!mesh.body_awake[body]) return;
+  low.setConstant(1e300), high.setConstant(-1e300);
+  for (std::size_t nd = mesh.body_nodes[body].first; nd < mesh.body_nodes[body].last; ++nd)
+    if (mesh.nodes.m[nd] > 0) {
+      low = low.cwiseMin(mesh.nodes.x[nd]);
+      high = high.cwiseMax(mesh.nodes.x[nd]);
+    }
+}
 
 void find_elements(const fem::Mesh& mesh, const sph::Particles& p, Bond& bond) {
   const fem::Elements& e = mesh.elements;
@@ -79,75 +81,88 @@ void find_elements(const fem::Mesh& mesh, const sph::Particles& p, Bond& bond) {
   bond.x.clear();
   bond.watched_x.clear();
   if (p.size() == 0 || mesh.n_alive == 0) return;
-  core::Vec3 low = p.x[0], high = p.x[0];
-  double h_max = 0;
-  for (std::size_t i = 0; i < p.size(); ++i) {
-    low = low.cwiseMin(p.x[i]);
-    high = high.cwiseMax(p.x[i]);
-    h_max = std::max(h_max, p.h[i]);
-  }
+  const double h_max = *std::max_element(p.h.begin(), p.h.end());
   const double range = sph::kernel_reach * h_max * bond.per_edge;  // centres of elements lie further than those of their parts
   const double reach = sph::watched_reaches * range;
-  low.array() -= reach;
-  high.array() += reach;
-  const OccupiedCells cells(p, reach);
   constexpr double coarsest = 2;  // elements' smoothing lengths are searched up to this many times the particles'
-  const ParticlesByCell particles(p, sph::foreign_reaches * 0.5 * (1 + coarsest) * range);
-  std::vector<std::uint8_t> near(e.size());
-  const auto look_at = [&](std::size_t el) {
-    if (!e.alive[el]) return;
-    const Vec3& corner = mesh.nodes.x[static_cast<std::size_t>(e.node[el][0])];
-    if ((corner.array() < low.array() - reach).any() || (corner.array() > high.array() + reach).any()) return;
-    const Vec3 x = fem::centre(mesh, el, mesh.nodes.x);
-    if (!cells.near(x)) return;
-    const double h = std::min(sph::h_over_spacing * std::cbrt(e.pt.m[el] / e.pt.rho[el]) / bond.per_edge, coarsest * h_max);
-    near[el] = particles.within(x, h, sph::foreign_reaches * bond.per_edge) ? 2 : 1;
-  };
+  std::vector<std::uint32_t> rows;
+  std::vector<std::uint8_t> near;
   for (std::size_t b = 0; b < mesh.body_elements.size(); ++b) {
-    const bool apart = (mesh.body_low[b].array() > high.array() + reach).any() || (mesh.body_high[b].array() < low.array() - reach).any();
-    if (apart && !mesh.body_awake[b]) continue;
-    core::for_each(mesh.body_elements[b].size(), [&](std::size_t k) { look_at(mesh.body_elements[b].first + k); });
+    Vec3 low, high;
+    box_of(mesh, b, low, high);
+    Vec3 first = Vec3::Constant(1e300), last = -first;  // of particles that can be near an element of the body
+    rows.clear();
+    for (std::uint32_t i = 0; i < p.size(); ++i) {
+      if ((p.x[i].array() < low.array() - reach).any() || (p.x[i].array() > high.array() + reach).any()) continue;
+      rows.push_back(i);
+      first = first.cwiseMin(p.x[i]);
+      last = last.cwiseMax(p.x[i]);
+    }
+    if (rows.empty()) continue;
+    const ParticlesByCell watched(p, rows, reach);
+    const ParticlesByCell in_reach(p, rows, sph::foreign_reaches * 0.5 * (1 + coarsest) * range);
+    const auto range_of = mesh.body_elements[b];
+    near.assign(range_of.size(), 0);
+    core::for_each(near.size(), [&](std::size_t k) {
+      const std::size_t el = range_of.first + k;
+      if (!e.alive[el]) return;
+      const Vec3 x = fem::centre(mesh, el, mesh.nodes.x);
+      if ((x.array() < first.array() - reach).any() || (x.array() > last.array() + reach).any() || !watched.touch(x)) return;
+      near[k] = 1;
+      if (!in_reach.touch(x)) return;
+      const double h = std::min(sph::h_over_spacing * std::cbrt(e.pt.m[el] / e.pt.rho[el]) / bond.per_edge, coarsest * h_max);
+      if (in_reach.within(x, h, sph::foreign_reaches * bond.per_edge)) near[k] = 2;
+    });
+    for (std::size_t k = 0; k < near.size(); ++k)
+      if (near[k]) (near[k] == 2 ? bond.elements : bond.watched).push_back(static_cast<std::uint32_t>(range_of.first + k));
   }
-  for (std::size_t el = 0; el < near.size(); ++el)
-    if (near[el]) (near[el] == 2 ? bond.elements : bond.watched).push_back(static_cast<std::uint32_t>(el));
   update_centres(mesh, bond);
 }
 
-void find_seam(const fem::Mesh& mesh, Bond& bond) {
+/// How far elements and nodes are from where elements were converted, by topology.
+static void follow_seam(const fem::Mesh& mesh, Bond& bond) {
+  if (bond.seam_removed == mesh.n_removed && !bond.ring.empty()) return;
+  bond.seam_removed = mesh.n_removed;
   const auto& e = mesh.elements;
-  const auto elements_at = [&](std::int32_t nd) {
-    const auto n = static_cast<std::size_t>(nd);
-    return std::span(mesh.corners).subspan(mesh.corner_start[n], mesh.corner_start[n + 1] - mesh.corner_start[n]);
-  };
-  enum : std::uint8_t { no, yes, unknown };
-  std::vector<std::uint8_t> on_seam(mesh.nodes.size(), unknown), at_seam(e.size(), unknown);
-  const auto seam = [&](std::int32_t nd) {
-    auto& on = on_seam[static_cast<std::size_t>(nd)];
-    if (on == unknown) {
-      const auto around = elements_at(nd);
-      on = std::any_of(around.begin(), around.end(), [&](std::uint32_t corner) { return !e.alive[corner / 8]; });
+  bond.on_seam.assign(mesh.nodes.size(), 0);
+  bond.ring.assign(e.size(), 0);
+  for (std::size_t el = 0; el < e.size(); ++el)
+    if (!e.alive[el] && e.pt.m[el] > 0)  // padding has no mass
+      for (const auto nd : e.node[el]) bond.on_seam[static_cast<std::size_t>(nd)] = 1;
+  const auto mark_around = [&](std::size_t nd, std::uint8_t ring) {
+    for (auto k = mesh.corner_start[nd]; k < mesh.corner_start[nd + 1]; ++k) {
+      auto& r = bond.ring[mesh.corners[k] / 8];
+      if (r == 0) r = ring;
     }
-    return on == yes;
   };
-  const auto touches_seam = [&](std::size_t el) {
-    if (at_seam[el] == unknown) at_seam[el] = std::any_of(e.node[el].begin(), e.node[el].end(), seam);
-    return at_seam[el] == yes;
-  };
+  for (std::size_t nd = 0; nd < bond.on_seam.size(); ++nd)
+    if (bond.on_seam[nd]) mark_around(nd, 1);
+  for (std::size_t el = 0; el < e.size(); ++el)
+    if (bond.ring[el] == 1)
+      for (const auto nd : e.node[el]) mark_around(static_cast<std::size_t>(nd), 2);
+}
+
+void find_seam(const fem::Mesh& mesh, Bond& bond) {
+  follow_seam(mesh, bond);
+  const auto& e = mesh.elements;
+  const auto seam = [&](std::int32_t nd) { return bond.on_seam[static_cast<std::size_t>(nd)] != 0; };
   bond.seam_start.assign(1, 0);
   bond.seam_node.clear();
   std::vector<std::uint32_t> around;
   std::vector<std::int32_t> found;
   for (const std::uint32_t el : bond.elements) {
     found.clear();
-    if (touches_seam(el)) {
+    if (bond.ring[el] == 1) {
       for (const auto nd : e.node[el])
         if (seam(nd)) found.push_back(nd);
-    } else {
+    } else if (bond.ring[el] == 2) {
       around.clear();
-      for (const auto nd : e.node[el])
-        for (const auto corner : elements_at(nd))
-          if (touches_seam(corner / 8) && std::find(around.begin(), around.end(), corner / 8) == around.end())
-            around.push_back(corner / 8);
+      for (const auto node : e.node[el]) {
+        const auto nd = static_cast<std::size_t>(node);
+        for (auto k = mesh.corner_start[nd]; k < mesh.corner_start[nd + 1]; ++k)
+          if (const auto other = mesh.corners[k] / 8; bond.ring[other] == 1 && std::find(around.begin(), around.end(), other) == around.end())
+            around.push_back(other);
+      }
       for (const auto other : around)
         for (const auto nd : e.node[other])
           if (seam(nd)) found.push_back(nd);
