@@ -76,12 +76,29 @@ static void book_state(Archive& a, Simulation& s) {
   a("work/pair_updates", w.pair_updates), a("work/seconds", w.seconds);
 }
 
-void write_checkpoint(Simulation& s, const std::string& path) {
-  io::ArchiveWriter a(path);
+template <class Archive>
+static void state(Archive& a, Simulation& s) {
   mesh_state(a, s.mesh);
   particle_state(a, s.particles);
   book_state(a, s);
+}
+
+void write_checkpoint(Simulation& s, const std::string& path) {
+  io::ArchiveWriter a(path);
+  state(a, s);
   a.commit();
+}
+
+io::ArchiveCopy copy_state(Simulation& s) {
+  io::ArchiveCopy a;
+  state(a, s);
+  return a;
+}
+
+double state_bytes(Simulation& s) {
+  io::ArchiveSize a;
+  state(a, s);
+  return a.bytes;
 }
 
 void read_checkpoint(Simulation& s, const std::string& path) {
@@ -90,9 +107,8 @@ void read_checkpoint(Simulation& s, const std::string& path) {
   if (stored != s.mesh.nodes.size())
     throw core::CaseError(fmt::format("{}: holds {} nodes, but the case beside it builds {}: it belongs to another case",
                                       path, stored, s.mesh.nodes.size()));
-  mesh_state(a, s.mesh);
-  particle_state(a, s.particles);
-  book_state(a, s);
+  state(a, s);
+  s.bond.ring.clear();
   s.hood.valid = false;
   coupling::invalidate(s.contact);
 }

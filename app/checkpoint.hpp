@@ -6,10 +6,17 @@
 #include <string>
 
 #include "app/simulation.hpp"
+#include "io/archive.hpp"
 
 namespace app {
 
 void write_checkpoint(Simulation& s, const std::string& path);
+
+/// The same, to be written later.
+io::ArchiveCopy copy_state(Simulation& s);
+
+/// Memory that the copy takes [bytes].
+double state_bytes(Simulation& s);
 
 /// Into a state freshly set up from the same case.
 void read_checkpoint(Simulation& s, const std::string& path);

@@ -13,6 +13,7 @@
 #include <fstream>
 #include <memory>
 
+#include "app/background.hpp"
 #include "app/checkpoint.hpp"
 #include "app/setup.hpp"
 #include "app/snapshot.hpp"
@@ -118,6 +119,20 @@ struct Output {
   LineFile history, log;
   double last_row = -1;  ///< time of the last row of history [s]
   std::size_t warnings_told = 0;
+  Background background;
+
+  void add_snapshot(io::Snapshot snapshot) {
+    background.start([this, snapshot = std::move(snapshot)] { snapshots.append(snapshot); });
+  }
+
+  /// On another thread, where there is room for a copy of the state.
+  void add_checkpoint(Simulation& s) {
+    constexpr double most = 0.5;
+    const std::string path = dir + "/checkpoint.h5";
+    background.wait();
+    if (state_bytes(s) > most * available_memory()) return write_checkpoint(s, path);
+    background.start([copy = copy_state(s), path]() mutable { copy.write(path); });
+  }
 
   void tell_warnings(const Simulation& s) {
     for (; warnings_told < s.warnings.size(); ++warnings_told) {
@@ -151,12 +166,13 @@ static void advance_to_end(Simulation& s, Output& out) {
       out.add_history(s);
       next_history = next_multiple(s.time, out.history_every);
     }
-    if (s.time >= next_output * (1 - 1e-9)) out.snapshots.append(take_snapshot(s));
+    if (s.time >= next_output * (1 - 1e-9)) out.add_snapshot(take_snapshot(s));
     if (progress.seconds() - last_checkpoint > out.checkpoint_every) {
-      write_checkpoint(s, out.dir + "/checkpoint.h5");
+      out.add_checkpoint(s);
       last_checkpoint = progress.seconds();
     }
   }
+  out.background.wait();
   progress.end();
 }
 
@@ -179,12 +195,18 @@ static int conclude(Simulation& s, Output& out, double wall_before) {
   }
   info.wall_seconds = wall_before + std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_time).count();
   info.cpu_seconds = cpu_seconds();
+  try {
+    out.background.wait();
+  } catch (const core::GuardError& e) {
+    fmt::print(stderr, "{}\n", e.what());
+    code = 3;
+  }
   // The state first, then what is derived from it; a disk that is full may refuse any of them.
   try {
     write_checkpoint(s, out.dir + "/checkpoint.h5");
     const auto snapshot = take_snapshot(s);
     if (std::isfinite(s.ledger.energy_error)) out.snapshots.append(snapshot);
-    out.add_history(s);
+    if (code != 130) out.add_history(s);  // a resumed run's history has the rows of one that was not interrupted
     const auto result = measure_snapshot(snapshot, scene_now(s), s.frozen);
     write_summary(out.dir, s, result, info);
     write_fragments(out.dir, result);

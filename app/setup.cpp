@@ -159,7 +159,7 @@ static void choose_settings(Simulation& s) {
     if (c.symmetry.plane[static_cast<std::size_t>(d)]) s.hood.mirrors.push_back({Vec3::Zero(), Vec3::Unit(d), false});
 }
 
-static double available_memory() {
+double available_memory() {
   std::ifstream f("/proc/meminfo");
   std::string key;
   double kib = 0;

@@ -31,4 +31,7 @@ struct Estimate {
 };
 Estimate estimate(const io::Case& spec);
 
+/// Free memory of this machine [bytes].
+double available_memory();
+
 }  // namespace app

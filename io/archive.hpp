@@ -7,6 +7,7 @@
 #include <array>
 #include <concepts>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <type_traits>
@@ -81,6 +82,42 @@ class ArchiveWriter {
  private:
   std::string path_, temporary_;
   std::unique_ptr<hdf5::File> file_;
+};
+
+/// A checkpoint to be written later, while the state that it was taken from goes on.
+class ArchiveCopy {
+ public:
+  template <class T>
+  void operator()(const std::string& name, const T& value) {
+    parts_.push_back([name, value](ArchiveWriter& a) { a(name, value); });
+  }
+  /// Writes it and frees it part by part. Throws GuardError; the previous checkpoint stays then.
+  void write(const std::string& path) {
+    ArchiveWriter a(path);
+    for (auto& part : parts_) {
+      part(a);
+      part = nullptr;
+    }
+    a.commit();
+  }
+
+ private:
+  std::vector<std::function<void(ArchiveWriter&)>> parts_;
+};
+
+/// Memory that an ArchiveCopy of the same state takes.
+class ArchiveSize {
+ public:
+  double bytes = 0;
+
+  template <class T>
+  void operator()(const std::string&, const std::vector<T>& value) {
+    bytes += static_cast<double>(value.size() * sizeof(T));
+  }
+  template <class T>
+  void operator()(const std::string&, const T&) {
+    bytes += sizeof(T);
+  }
 };
 
 class ArchiveReader {

@@ -101,13 +101,21 @@ TEST_P(EveryMode, AResumedRunGivesTheSameBits) {
     for (const int at : {3, 61, 150}) {  // before first contact or conversion, amid, when most is converted
       auto whole = small_case::begin(settings(GetParam(), {symmetry}));
       small_case::run(*whole, at);
-      app::write_checkpoint(*whole, file);
       const std::size_t particles = whole->particles.size();
-      auto resumed = small_case::begin(settings(GetParam(), {symmetry}));
-      app::read_checkpoint(*resumed, file);
-      app::account(*resumed);
-      EXPECT_EQ(small_case::differences(*whole, *resumed), "") << "right after reading, step " << at;
+      const auto resume = [&] {
+        auto s = small_case::begin(settings(GetParam(), {symmetry}));
+        app::read_checkpoint(*s, file);
+        app::account(*s);
+        return s;
+      };
+      auto copy = app::copy_state(*whole);
+      if (at != 61) {
+        app::write_checkpoint(*whole, file);
+        EXPECT_EQ(small_case::differences(*whole, *resume()), "") << "right after reading, step " << at;
+      }
       small_case::run(*whole, at + 60);
+      if (at == 61) copy.write(file);  // of the state as it was then
+      auto resumed = resume();
       small_case::run(*resumed, at + 60);
       EXPECT_EQ(small_case::differences(*whole, *resumed), "")
           << symmetry << ", resumed at step " << at << " with " << particles << " particles";
@@ -219,6 +227,24 @@ TEST(OnlyWhatIsNeeded, ADistantPlateSleepsAndIsNotSearched) {
   small_case::run(*s, 50);
   EXPECT_EQ(s->contact.searches, 0u);
   EXPECT_GT(s->work.element_updates_asleep, s->work.element_updates) << "the plate has more elements and is at rest";
+}
+
+TEST(OnlyWhatIsNeeded, AFinePlateAtRestDoesNotHoldTheStep) {
+  const std::string with_plate = std::string(small_case::text) + R"([[body]]
+name = "fine"
+shape = "plate"
+size = ["1 mm", "1 mm"]
+thickness = "0.1 mm"
+element_size = "0.03 mm"
+center = ["0 mm", "0 mm", "-50 mm"]
+material = "Al2024-T351"
+)";
+  auto alone = small_case::begin();
+  auto asleep = small_case::begin({"run.sleep=\"exact\""}, with_plate);
+  auto awake = small_case::begin({"run.sleep=\"off\""}, with_plate);
+  for (auto* s : {alone.get(), asleep.get(), awake.get()}) small_case::run(*s, 100);
+  EXPECT_EQ(small_case::differences(*asleep, *awake), "");
+  EXPECT_NEAR(asleep->time, alone->time, 1e-3 * alone->time);
 }
 
 TEST(Guards, MoreThanTheMachineHasIsRefusedBeforeItIsBuilt) {
