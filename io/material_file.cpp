@@ -49,6 +49,7 @@ const char* model_name(const material::NoStrength&) { return "none"; }
 const char* model_name(const material::PerfectlyPlastic&) { return "perfectly_plastic"; }
 const char* model_name(const material::JohnsonCook&) { return "johnson_cook"; }
 const char* model_name(const material::SteinbergGuinan&) { return "steinberg_guinan"; }
+const char* model_name(const material::ZerilliArmstrong&) { return "zerilli_armstrong"; }
 const char* model_name(const material::JohnsonCookDamage&) { return "johnson_cook"; }
 
 Fields fields(eos::IdealGas& s) {
@@ -120,6 +121,18 @@ Fields fields(material::SteinbergGuinan& s) {
           {"T_melt_0", &s.T_melt_0, Dimension::temperature, positive},
           {"gamma_0", &s.gamma_0, Dimension::none, positive},
           {"a", &s.a, Dimension::none, any_number}};
+}
+Fields fields(material::ZerilliArmstrong& s) {
+  const auto p = Dimension::pressure;
+  return {{"G", &s.G, p, positive},
+          {"C0", &s.C0, p, not_negative},
+          {"C1", &s.C1, p, not_negative, optional_field},
+          {"C2", &s.C2, p, not_negative, optional_field},
+          {"C3", &s.C3, Dimension::inverse_temperature, not_negative},
+          {"C4", &s.C4, Dimension::inverse_temperature, not_negative},
+          {"C5", &s.C5, p, not_negative, optional_field},
+          {"n", &s.n, Dimension::none, {0, 1, true, false}, optional_field},
+          {"T_melt", &s.T_melt, Dimension::temperature, positive}};
 }
 Fields fields(material::JohnsonCookDamage& s) {
   return {{"D1", &s.D1, Dimension::none, any_number},

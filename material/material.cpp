@@ -36,10 +36,19 @@ void check(const SteinbergGuinan& s, const Material& m) {
   require(s.T_melt_0 > 0, m, "strength.T_melt_0 must be positive");
 }
 
+void check(const ZerilliArmstrong& s, const Material& m) {
+  require(s.G > 0, m, "strength.G is " + number(s.G) + " Pa, must be positive");
+  require(s.C0 >= 0 && s.C1 >= 0 && s.C2 >= 0 && s.C5 >= 0, m, "strength.C0, C1, C2 and C5 must not be negative");
+  require(s.C3 >= 0 && s.C4 >= 0, m, "strength.C3 and C4 must not be negative");
+  require(s.n > 0 && s.n <= 1, m, "strength.n is " + number(s.n) + ", must be above 0 and at most 1");
+  require(s.T_melt > 0, m, "strength.T_melt must be positive");
+}
+
 double modulus(const NoStrength&) { return 0; }
 double modulus(const PerfectlyPlastic& s) { return s.G; }
 double modulus(const JohnsonCook& s) { return s.G; }
 double modulus(const SteinbergGuinan& s) { return s.G_0; }
+double modulus(const ZerilliArmstrong& s) { return s.G; }
 
 }  // namespace
 

@@ -47,7 +47,18 @@ struct SteinbergGuinan {
   double gamma_0 = 2, a = 1.5;       ///< T_melt = T_melt_0 exp(2a(1 - 1/eta)) eta^(2(gamma_0 - a - 1/3)), eta = rho/rho_0
 };
 
-using Strength = std::variant<NoStrength, PerfectlyPlastic, JohnsonCook, SteinbergGuinan>;
+/// Zerilli & Armstrong, J. Appl. Phys. 61 (1987) 1816, fcc (C1 = C5 = 0) and bcc (C2 = 0) in one:
+/// Y = C0 + [C1 + C2 sqrt(eps)] exp(-C3 T + C4 T ln(rate s)) + C5 eps^n. C0 holds the paper's term of the grain size, k l^(-1/2).
+/// G is constant; at T_melt, which the paper does not have, G and Y fall to zero. Law: material/zerilli_armstrong.hpp.
+struct ZerilliArmstrong {
+  double G = 0;                   ///< shear modulus [Pa]
+  double C0 = 0, C1 = 0, C2 = 0;  ///< [Pa]
+  double C3 = 0, C4 = 0;          ///< [1/K]
+  double C5 = 0, n = 1;           ///< [Pa], [-]
+  double T_melt = 1e9;            ///< [K]
+};
+
+using Strength = std::variant<NoStrength, PerfectlyPlastic, JohnsonCook, SteinbergGuinan, ZerilliArmstrong>;
 
 /// Johnson & Cook, Eng. Fract. Mech. 21 (1985) 31, eqs 3-5: damage grows by d(eps_p)/eps_f,
 /// eps_f = [D1 + D2 exp(D3 p*)](1 + D4 ln max(rate/rate_0, 1))(1 + D5 T*), p* = -p/sigma_eff held at or below 1.5

@@ -19,6 +19,7 @@
 #include "material/johnson_cook_damage.hpp"
 #include "material/radial_return.hpp"
 #include "material/steinberg_guinan.hpp"
+#include "material/zerilli_armstrong.hpp"
 
 namespace material {
 
@@ -41,6 +42,7 @@ struct Increment {
 inline double shear_modulus_of(const PerfectlyPlastic& s) { return s.G; }
 inline double shear_modulus_of(const JohnsonCook& s) { return s.G; }
 inline double shear_modulus_of(const SteinbergGuinan& s) { return s.G_0; }
+inline double shear_modulus_of(const ZerilliArmstrong& s) { return s.G; }
 
 /// Strength and damage over the step at the new state `at`; fails what has reached the end.
 template <class Law, class T>

@@ -98,6 +98,10 @@ TEST(MaterialFile, EveryModelReads) {
   EXPECT_EQ(std::get<eos::Polynomial>(p.eos).rho_0, 2700);
   EXPECT_TRUE(std::holds_alternative<eos::Tillotson>(io::find_material("Al-Tillotson").eos));
   EXPECT_TRUE(std::holds_alternative<material::SteinbergGuinan>(io::find_material("Be").strength));
+  const auto iron = std::get<material::ZerilliArmstrong>(io::find_material("Armco-Fe-ZA").strength);
+  EXPECT_EQ(iron.C1, 1033e6);
+  EXPECT_EQ(iron.C2, 0);
+  EXPECT_EQ(iron.n, 0.289);
 }
 
 TEST(MaterialFile, SingleConstantsChangeTheBase) {

@@ -17,6 +17,12 @@ inline material::SteinbergGuinan sg_2024() {
   return {.G_0 = 28.6e9, .Y_0 = 0.26e9, .Y_max = 0.76e9, .beta = 310, .n = 0.185, .A = 65.2e-12, .B = 0.616e-3,
           .T_melt_0 = 1220, .gamma_0 = 2.0, .a = 1.5};
 }
+inline material::ZerilliArmstrong za_copper() {
+  return {.G = 47.7e9, .C0 = 65e6, .C2 = 890e6, .C3 = 0.0028, .C4 = 0.000115, .T_melt = 1356};
+}
+inline material::ZerilliArmstrong za_iron() {
+  return {.G = 80e9, .C0 = 65e6, .C1 = 1033e6, .C3 = 0.00698, .C4 = 0.000415, .C5 = 266e6, .n = 0.289, .T_melt = 1811};
+}
 inline material::JohnsonCookDamage damage_4340() {
   return {.D1 = 0.05, .D2 = 3.44, .D3 = -2.12, .D4 = 0.002, .D5 = 0.61, .T_room = 294, .T_melt = 1793};
 }

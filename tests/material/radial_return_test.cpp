@@ -76,6 +76,8 @@ TEST(RadialReturn, LandsOnTheYieldSurface) {
     check(material::flow(jc_2024(), at), trial, eps);
     check(material::flow(jc_copper(), at), trial, eps);
     check(material::flow(sg_2024(), at), trial, eps);
+    check(material::flow(za_copper(), at), trial, eps);
+    check(material::flow(za_iron(), at), trial, eps);
     check(material::flow(material::PerfectlyPlastic{28.6e9, 0.26e9}, at), trial, eps);
   }
 }

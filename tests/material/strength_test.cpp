@@ -61,6 +61,33 @@ TEST(SteinbergGuinan, FarTensionDoesNotTurnNegative) {
   EXPECT_EQ(flow(sg_2024(), State{0.7, -1e12, 300, 1}).G, 0.0);
 }
 
+TEST(ZerilliArmstrong, HardeningOfCopperSoftensWithHeat) {  // 65 + 890 sqrt(0.3) exp(400 (-0.0028 + 0.000115 ln 1e4)) MPa
+  EXPECT_NEAR(flow(za_copper(), State{1, 0, 400, 1e4})(0.3).Y, 307963376.42318416, 1e-5);
+  EXPECT_EQ(flow(za_copper(), State{1, 0, 400, 1e4})(0.0).Y, 65e6);
+}
+
+TEST(ZerilliArmstrong, YieldOfIronSoftensWithHeat) {  // 65 + 1033 exp(350 (-0.00698 + 0.000415 ln 1e3)) + 266 0.2^0.289 MPa
+  EXPECT_NEAR(flow(za_iron(), State{1, 0, 350, 1e3})(0.2).Y, 476895033.6599567, 1e-5);
+}
+
+TEST(ZerilliArmstrong, RateIsPerSecond) {  // ln 1 = 0: 65 + 890 sqrt(0.04) exp(-0.0028 294) MPa
+  EXPECT_NEAR(flow(za_copper(), State{1, 0, 294, 1})(0.04).Y, 143146365.59564495, 1e-5);
+}
+
+TEST(ZerilliArmstrong, FastestRatesAreNotHelpedByHeat) {  // above exp(0.0028/0.000115)/s: 65 + 890 sqrt(0.3) MPa
+  EXPECT_NEAR(flow(za_copper(), State{1, 0, 400, 1e11})(0.3).Y, 552473076.1795979, 1e-5);
+}
+
+TEST(ZerilliArmstrong, AtRestOnlyTheAthermalPartIsLeft) {
+  EXPECT_NEAR(flow(za_copper(), State{1, 0, 294, 0})(0.3).Y, 65e6, 0.1);  // ln of the smallest rate is -691
+}
+
+TEST(ZerilliArmstrong, MeltedHasNeitherStrengthNorStiffness) {
+  const auto f = flow(za_iron(), State{1, 0, 1811, 1e4});
+  EXPECT_EQ(f.G, 0.0);
+  EXPECT_EQ(f(0.3).Y, 0.0);
+}
+
 TEST(FlowLaws, SlopeIsTheDerivative) {
   const auto check = [](const auto& f) {
     for (double eps : {1e-4, 0.01, 0.5}) {
@@ -70,6 +97,8 @@ TEST(FlowLaws, SlopeIsTheDerivative) {
   };
   check(flow(jc_2024(), State{1, 0, 400, 1e5}));
   check(flow(sg_2024(), State{1.1, 10e9, 400, 1e5}));
+  check(flow(za_copper(), State{1, 0, 400, 1e5}));
+  check(flow(za_iron(), State{1, 0, 400, 1e5}));
 }
 
 TEST(Strength, ShearModulusOfEveryLaw) {
@@ -77,6 +106,7 @@ TEST(Strength, ShearModulusOfEveryLaw) {
   EXPECT_EQ(material::shear_modulus(material::PerfectlyPlastic{5e9, 1e8}), 5e9);
   EXPECT_EQ(material::shear_modulus(jc_2024()), 28.6e9);
   EXPECT_EQ(material::shear_modulus(sg_2024()), 28.6e9);
+  EXPECT_EQ(material::shear_modulus(za_copper()), 47.7e9);
 }
 
 TEST(Strength, MeaninglessConstantsAreRefused) {
@@ -84,4 +114,7 @@ TEST(Strength, MeaninglessConstantsAreRefused) {
   auto cold = jc_2024();
   cold.T_melt = 200;
   EXPECT_THROW(aluminium(cold), core::CaseError);
+  auto convex = za_iron();
+  convex.n = 1.5;
+  EXPECT_THROW(aluminium(convex), core::CaseError);
 }

@@ -121,6 +121,8 @@ TEST(UpdateLanes, NoStrength) { sweep(aluminium(material::NoStrength{})); }
 TEST(UpdateLanes, PerfectlyPlastic) { sweep(aluminium(material::PerfectlyPlastic{28.6e9, 0.26e9})); }
 TEST(UpdateLanes, JohnsonCook) { sweep(aluminium(jc_2024())); }
 TEST(UpdateLanes, SteinbergGuinan) { sweep(aluminium(sg_2024())); }
+TEST(UpdateLanes, ZerilliArmstrongOfCopper) { sweep(aluminium(za_copper())); }
+TEST(UpdateLanes, ZerilliArmstrongOfIron) { sweep(aluminium(za_iron())); }
 TEST(UpdateLanes, Tillotson) {
   sweep(with(eos::Tillotson{.rho_0 = 2700, .a = 0.5, .b = 1.63, .A = 75.2e9, .B = 65e9, .alpha = 5, .beta = 5,
                             .E_0 = 5e6, .E_iv = 3e6, .E_cv = 13.9e6, .cv = 884},
