@@ -5,6 +5,8 @@
 #include <array>
 #include <cmath>
 
+#include "fem/hex8.hpp"
+
 namespace coupling {
 
 using core::Vec3;
@@ -62,10 +64,26 @@ static double leave_to_neighbours(fem::Mesh& mesh, std::size_t el, double lost) 
   return a * (linear + 0.5 * a * quadratic);
 }
 
+/// Mean strain rate of an element, xx yy zz and xy yz zx [1/s].
+static void strain_rate(const fem::Mesh& mesh, std::size_t el, Vec3& stretch, Vec3& shear) {
+  fem::Corners<double> x, v;
+  fem::gather(mesh.elements, el, mesh.nodes.x, [&](int i, int d, double a) { x.c[i][d] = a; });
+  fem::gather(mesh.elements, el, mesh.nodes.v, [&](int i, int d, double a) { v.c[i][d] = a; });
+  fem::Gradient<double> b;
+  fem::gradient(x, b);
+  double l[3][3];
+  fem::contract(v, b, l);
+  const double inverse = 1 / fem::volume(x, b);
+  stretch = inverse * Vec3(l[0][0], l[1][1], l[2][2]);
+  shear = 0.5 * inverse * Vec3(l[0][1] + l[1][0], l[1][2] + l[2][1], l[2][0] + l[0][2]);
+}
+
 static double convert(fem::Mesh& mesh, sph::Particles& p, std::size_t el, int n, std::size_t first) {
   fem::Elements& e = mesh.elements;
   double kinetic = 0;
   const double mass = e.pt.m[el] / (n * n * n);
+  Vec3 stretch, shear;
+  strain_rate(mesh, el, stretch, shear);
   std::size_t i = first;
   for (int k = 0; k < n * n * n; ++k, ++i) {
     const Vec3 xi = fem::part_centre(n, k);
@@ -79,6 +97,8 @@ static double convert(fem::Mesh& mesh, sph::Particles& p, std::size_t el, int n,
     p.parent[i] = static_cast<std::uint32_t>(el);
     p.id[i] = static_cast<std::uint32_t>(i);
     p.spread[i] = 1;
+    p.stretch[i] = stretch;
+    p.shear[i] = shear;
     p.dt[i] = e.dt[el];
     sph::set_smoothing_length(p, i);
     kinetic += 0.5 * mass * p.v[i].squaredNorm();

@@ -185,6 +185,7 @@ void reflect_images(Neighbourhood& hood) {
     a.v_mean = reflect(m, s.v_mean);
     a.stress = reflect(m, s.stress);
     if (s.tension > 0) a.artificial = reflect(m, s.artificial);
+    if (s.firm > 0) a.rate = reflect(m, s.rate);
     if (m.wall) a.body = wall_body;
     hood.actors[n_real + k] = a;
   }

@@ -34,8 +34,13 @@ struct alignas(64) Actor {
 
   core::Vec3 v_new{0, 0, 0};   ///< after the kick and contact, n + 1/2: what strains
   core::Vec3 v_mean{0, 0, 0};  ///< what the forces work on
+  std::array<double, 2> unused_too{};
+
+  std::array<double, 6> rate{};  ///< strain rate of the last step, xx yy zz xy yz zx [1/s]
+  double firm = 0;               ///< 1 where it bears shear and its gradients are exact: motion beside `rate` is damped
+  double unused_as_well = 0;
 };
-static_assert(sizeof(Actor) == 320);
+static_assert(sizeof(Actor) == 384);
 
 /// What images behind a rigid wall say they belong to: they push whatever comes and hold nothing.
 constexpr std::int64_t wall_body = -1;

@@ -221,21 +221,43 @@ struct Flow {
 /// mu of the viscosity [m/s]: positive where a pair approaches.
 inline Real approach(const Geometry& g, const Real* dv, Real inverse) { return -(g.h * dot(dv, g.d)) * inverse; }
 
-/// Monaghan's viscosity Pi; zero for pairs that part.
-[[gnu::always_inline]] inline Real viscosity(const ParticleSettings& s, const Actor& a, const Flow& b, const Geometry& g, Real inverse) {
-  const Real dv[3] = {Real(a.v[0]) - b.at[0], Real(a.v[1]) - b.at[1], Real(a.v[2]) - b.at[2]};
-  const Real mu = core::max(approach(g, dv, inverse), Real(0.0));
-  const Real spread = Real(0.5) * (Real(a.spread) + b.at[5]), c = Real(0.5) * (Real(a.c) + b.at[3]);
-  return mu * (Real(s.viscosity_linear) * c * spread + Real(s.viscosity_quadratic) * mu) /
-         (Real(0.5) * (Real(a.rho) + b.at[4]));
-}
-
 /// a symmetric tensor (xx yy zz xy yz zx) on a vector.
 template <class T>
 inline void apply_symmetric(const T* t, const Real* g, Real* out) {
   out[0] = Real(t[0]) * g[0] + Real(t[3]) * g[1] + Real(t[5]) * g[2];
   out[1] = Real(t[3]) * g[0] + Real(t[1]) * g[1] + Real(t[4]) * g[2];
   out[2] = Real(t[5]) * g[0] + Real(t[4]) * g[1] + Real(t[2]) * g[2];
+}
+
+/// d . D d of a strain rate (xx yy zz xy yz zx).
+template <class T>
+inline Real stretch_along(const T* rate, const Real* d) {
+  Real out[3];
+  apply_symmetric(rate, d, out);
+  return dot(out, d);
+}
+
+/// Monaghan's viscosity Pi; zero for pairs that part, but for the motion that hourglass control sees.
+[[gnu::always_inline]] inline Real viscosity(const PairView& v, const ParticleSettings& s, const Actor& a, const std::uint32_t* id, const Flow& b,
+                                             const Geometry& g, Real inverse, Yes same) {
+  const Real dv[3] = {Real(a.v[0]) - b.at[0], Real(a.v[1]) - b.at[1], Real(a.v[2]) - b.at[2]};
+  const Real mu_all = approach(g, dv, inverse), mu = core::max(mu_all, Real(0.0));
+  const Real spread = Real(0.5) * (Real(a.spread) + b.at[5]), c = Real(0.5) * (Real(a.c) + b.at[3]);
+  Real linear = Real(s.viscosity_linear) * spread * mu;
+  if (a.firm > 0) {
+    Real rate[8];
+    load_eight<320>(v, id, rate);
+    const Yes firm = same & (rate[6] > Real(0.0));
+    const Real mine = stretch_along(a.rate.data(), g.d), theirs = stretch_along(rate, g.d), both = mine + theirs;
+    const Real product = mine * theirs, scale = g.h * inverse;
+    // van Leer's limiter: the harmonic mean where the signs agree
+    const Yes agree = product > Real(0.0);
+    const Real limited = core::select(agree, Real(2.0) * product / core::select(agree, both, Real(1.0)), Real(0.0));
+    const Real unexplained = core::min(core::max(mu_all + scale * limited, Real(0.0)), mu);
+    const Real hourglass = Real(s.hourglass) * (mu_all + scale * (Real(0.5) * both));
+    linear = core::select(firm, Real(s.viscosity_linear) * spread * unexplained + hourglass, linear);
+  }
+  return (c * linear + Real(s.viscosity_quadratic) * (mu * mu)) / (Real(0.5) * (Real(a.rho) + b.at[4]));
 }
 
 struct PairForce {
@@ -268,9 +290,9 @@ template <bool with_other>
   const bool a_pulls = a.tension > 0;
   const Yes b_pulls = b.in_tension();
   if (a_pulls || (with_other && core::any(b_pulls))) {
-    // nothing at the regular spacing, where it would only weaken the matter; held below where pairs nearly meet
+    // nothing at the regular spacing, where it would only weaken the matter; held where pairs nearly meet, below 0.8 of it
     const Real w = kernel_over_spacing(g.r * g.inverse_h), w2 = w * w;
-    const Real weight = vv * core::min(core::max(w2 * w2 - Real(1.0), Real(0.0)), Real(1.0));
+    const Real weight = vv * core::min(core::max(w2 * w2 - Real(1.0), Real(0.0)), Real(4.0));
     Real push[3];
     if (a_pulls) {
       apply_symmetric(a.artificial.data(), f.gradient, push);
@@ -291,7 +313,7 @@ template <bool with_other>
       if constexpr (with_other) f.other[d] = core::select(same, f.other[d], -(theirs * f.gradient[d]));
     }
   }
-  const Real pi = (Real(a.m) * b.m()) * viscosity(s, a, flow, g, inverse);
+  const Real pi = (Real(a.m) * b.m()) * viscosity(v, s, a, id, flow, g, inverse, same);
   for (int d = 0; d < 3; ++d) f.viscous[d] = -(pi * f.gradient[d]);
 }
 

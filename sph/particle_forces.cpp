@@ -30,6 +30,7 @@ void fill_actors(const Particles& p, const std::vector<double>& rho_0, Neighbour
     a.c = p.pt.c[i];
     a.p_contact = std::max(p.pt.p[i], 0.0);
     a.spread = p.spread[i];
+    a.rate = {p.stretch[i][0], p.stretch[i][1], p.stretch[i][2], p.shear[i][0], p.shear[i][1], p.shear[i][2]};
     a.body = p.body[i];
   });
 }
@@ -134,6 +135,9 @@ void pair_work(const ParticleSettings& settings, double dt_kick, double dt_drift
       p.pt.e[i] -= w.power * dt_kick / a.m;
       const Mat3 rate = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(w.rate[0]);
       velocity_gradient[i] = at_mid_step(rate * correction[i], dt_drift);
+      const Mat3& l = velocity_gradient[i];
+      p.stretch[i] = l.diagonal();
+      p.shear[i] = 0.5 * Vec3(l(0, 1) + l(1, 0), l(1, 2) + l(2, 1), l(2, 0) + l(0, 2));
       const double signal = settings.viscosity_quadratic * w.approach;
       p.dt[i] = 0.5 * a.h / (a.c + 0.6 * (settings.viscosity_linear * a.c + signal));
     }

@@ -7,7 +7,11 @@
 //   dE_i = -dt sum_j [ V_i V_j sigma_i B_i^T grad_i W_ij - m_i m_j Pi_ij grad_i W_ij / 2 ] . (v_mean_i - v_mean_j)
 // W_ij is taken at the mean h. Pi_ij: Monaghan, Annu. Rev. Astron. Astrophys. 30 (1992) 543, eqs 4.1-4.2, with the shear
 // switch of Balsara, J. Comput. Phys. 121 (1995) 357. Artificial stress against the tensile instability: Gray, Monaghan &
-// Swift, CMAME 190 (2001) 6641, eqs 3.12-3.16. Pairs of different bodies push and never pull: both stresses are replaced
+// Swift, CMAME 190 (2001) 6641, eqs 3.12-3.16. Between particles that bear shear, with D the strain rate of the last step, a
+// pair's approach is split into what D explains and the rest: the linear viscosity leaves out the first, limited as in
+// Frontiere, Raskin & Owen, J. Comput. Phys. 332 (2017) 160, and motion that no D explains (hourglass modes, which bear no
+// stress, tear solids and spread bars) is damped whether it approaches or recedes; that penalty on the non-affine part as in
+// Ganzenmueller, CMAME 286 (2015) 87, here as a viscosity. Pairs of different bodies push and never pull: both stresses are replaced
 // by -max(p, 0). Where a particle has too few neighbours for B_i, the plain gradient takes over smoothly.
 #pragma once
 
@@ -20,6 +24,7 @@ struct ParticleSettings {
   double viscosity_linear = 1.0;     ///< alpha [-]
   double viscosity_quadratic = 2.0;  ///< beta [-]
   double artificial_stress = 0.3;    ///< epsilon of Gray et al. [-]
+  double hourglass = 1.5;            ///< xi: viscosity of motion that the velocity gradients do not see [-]
 };
 
 /// Fills the particles' rows of hood.actors from the particles: everything but stress.

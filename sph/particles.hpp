@@ -23,6 +23,8 @@ struct Particles {
   std::vector<double> h_0;           ///< at birth [m]
   std::vector<double> dt;            ///< stable time step [s]
   std::vector<double> spread;        ///< shear switch: |div v| / (|div v| + |curl v|) [-]
+  std::vector<core::Vec3> stretch;   ///< strain rate of the last step, xx yy zz [1/s]
+  std::vector<core::Vec3> shear;     ///< xy yz zx, tensor components [1/s]
   std::vector<std::uint16_t> body;   ///< parent body
   std::vector<std::uint32_t> parent; ///< element it came from; its own number where made at the start
   std::vector<std::uint32_t> id;     ///< number of birth: never changes, particles may be reordered
@@ -31,7 +33,7 @@ struct Particles {
   /// Calls f(vector&) for every array but those of `pt`.
   template <class F>
   void each_array(F&& g) {
-    g(x), g(v), g(v_mean), g(f), g(h), g(h_0), g(dt), g(spread), g(body), g(parent), g(id);
+    g(x), g(v), g(v_mean), g(f), g(h), g(h_0), g(dt), g(spread), g(stretch), g(shear), g(body), g(parent), g(id);
   }
   void resize(std::size_t n);
 };

@@ -12,9 +12,9 @@ constexpr int W = core::native_lanes;
 using Real = core::Pack<W>;
 
 /// B from the moment matrix M (symmetric: xx yy zz xy yz zx): its inverse where the neighbours span space, the identity
-/// where they do not.
+/// where they do not. Returns where it is the inverse.
 template <class T>
-void correction_of(const T* m, T* b) {
+auto correction_of(const T* m, T* b) {
   using core::select;
   constexpr double poor = 0.004, enough = 0.016;  // det M on a lattice: 0.95 inside, 0.30 face, 0.093 edge, 0.028 corner
   constexpr double largest = 8;  // a thin sheet can have a fair determinant and one weak direction
@@ -34,6 +34,7 @@ void correction_of(const T* m, T* b) {
     const T one(k < 3 ? 1.0 : 0.0);
     b[k] = select(good, w * b[k] + (T(1.0) - w) * one, one);
   }
+  return good & (w >= T(1.0));
 }
 
 /// Turns the symmetric a in the plane of axes p and q until a[p][q] is zero, and v with it: one rotation of Jacobi's.
@@ -108,9 +109,12 @@ void correct_rows(const core::Points& pt, double epsilon, std::size_t first, std
     Real m[6], b[6], sigma[6], push[6], stress[9];
     for (int k = 0; k < 6; ++k)
       for (std::size_t l = 0; l < W; ++l) m[k].set(static_cast<int>(l), moment[i - first + (l < lanes ? l : lanes - 1)].sum[k]);
-    correction_of(m, b);
+    const auto exact = correction_of(m, b);
     const Real p = load(pt.p, i, n);
     for (std::size_t k = 0; k < 6; ++k) sigma[k] = k < 3 ? load(pt.s[k], i, n) - p : load(pt.s[k], i, n);
+    Real bears(0.0);  // shear: neither fluid nor powder
+    for (std::size_t k = 0; k < 6; ++k) bears = core::max(bears, core::abs(load(pt.s[k], i, n)));
+    const auto firm = exact & (bears > Real(0.0));
     // no principal stress exceeds the greatest of Gershgorin's bounds
     const Real xy = core::abs(sigma[3]), yz = core::abs(sigma[4]), zx = core::abs(sigma[5]);
     const Real bound = core::max(core::max(sigma[0] + xy + zx, sigma[1] + xy + yz), sigma[2] + yz + zx);
@@ -127,6 +131,7 @@ void correct_rows(const core::Points& pt, double epsilon, std::size_t first, std
       for (int r = 0; r < 3; ++r)
         for (int c = 0; c < 3; ++c) to[r + 3 * c] = b[at[r][c]][lane];
       for (int k = 0; k < 9; ++k) a.stress.data()[k] = stress[k][lane];
+      a.firm = firm[lane] ? 1 : 0;
       a.tension = 0;
       if (!may_pull || !(bound[lane] > 0) || !(push[0][lane] + push[1][lane] + push[2][lane] < 0)) continue;
       for (std::size_t k = 0; k < 6; ++k) a.artificial[k] = push[k][lane];
