@@ -116,7 +116,10 @@ static std::pair<double, double> fineness(const io::Case& spec, const io::BodySp
     fine = std::max(fine, b.size[2] / later_layers);
     half = 1.5 * d + cloud_slope * distance;
   }
-  if (b.size[2] > 2 * d) half = 2.2 * d;  // a thick target: the crater and its rim
+  if (b.size[2] > 2 * d)
+    half = 2.2 * d;  // a thick target: the crater and its rim
+  else if (spec.mode == io::Mode::sph)
+    half = extent(b).norm();  // long flat hexes would make particles with gaps between them
   if (b.element_size) fine = *b.element_size;
   if (b.fine_radius) half = *b.fine_radius;
   return {fine, half};
