@@ -124,6 +124,67 @@ TEST(PairSums, WorkClosesWithKineticEnergy) {
   EXPECT_LT(std::abs(kinetic + internal), 1e-12 * size);  // a difference of kinetic energies of 1e3 times its size
 }
 
+/// Forces of hourglass control alone: difference of those with and without it, no other viscosity.
+std::vector<Vec3> hourglass_forces(Cloud& c) {
+  c.settings = {0, 0, 0, 0};
+  c.sums();
+  std::vector<Vec3> f = c.p.f;
+  c.settings.hourglass = 1.5;
+  c.sums();
+  for (std::size_t i = 0; i < f.size(); ++i) f[i] = c.p.f[i] - f[i];
+  return f;
+}
+
+TEST(HourglassControl, LeavesMotionThatTheStrainRateExplainsAlone) {
+  Cloud c(8);
+  Mat3 l;
+  l << 30, -120, 50, 80, -40, 200, -70, 10, 90;
+  const Mat3 d = 0.5 * (l + l.transpose());
+  for (std::size_t i = 0; i < c.p.size(); ++i) {
+    c.p.v[i] = l * c.p.x[i];
+    c.p.stretch[i] = d.diagonal();
+    c.p.shear[i] = Vec3(d(0, 1), d(1, 2), d(2, 0));
+  }
+  double worst = 0, size = 0;
+  for (const Vec3& f : hourglass_forces(c)) worst = std::max(worst, f.norm());
+  for (const Vec3& f : c.p.f) size = std::max(size, f.norm());
+  EXPECT_LT(worst, 1e-11 * size);
+}
+
+TEST(HourglassControl, DampsTheZigzagThatNoGradientSees) {
+  for (const bool solid : {true, false}) {
+    Cloud c(8, 0);
+    for (std::size_t i = 0; i < c.p.size(); ++i) {
+      const auto& k = c.lattice[i];
+      c.p.v[i] = Vec3((k[0] + k[1] + k[2]) % 2 ? 1 : -1, 0, 0);
+      c.p.pt.rho[i] = rho_0;
+      if (!solid)
+        for (auto& s : c.p.pt.s) s[i] = 0;
+    }
+    const auto f = hourglass_forces(c);
+    double power = 0, against = -1e300;
+    Vec3 sum = Vec3::Zero();
+    for (std::size_t i = 0; i < f.size(); ++i) {
+      sum += f[i];
+      power += f[i].dot(c.p.v[i]);
+      const auto& k = c.lattice[i];
+      const bool inside = std::all_of(k.begin(), k.end(), [](int a) { return a >= 2 && a < 6; });
+      if (inside) against = std::max(against, f[i].dot(c.p.v[i]));  // every particle is slowed
+    }
+    if (solid) {
+      EXPECT_LT(power, 0);
+      EXPECT_LT(against, 0);
+      EXPECT_LT(sum.norm(), 1e-13 * std::abs(power));
+      // a step at the stable limit must not turn the motion round: dt sum |f.v| / (m v^2) below 2
+      c.work(0, 0);
+      for (std::size_t i = 0; i < f.size(); ++i)
+        EXPECT_LT(-f[i].dot(c.p.v[i]) * c.p.dt[i] / c.p.pt.m[i], 2.0);
+    } else {
+      EXPECT_EQ(power, 0);  // nothing tears a fluid
+    }
+  }
+}
+
 TEST(PairSums, ImagesStandForTheOtherHalf) {
   // A cloud and its mirror image in x = 0 against the cloud with a mirror: the same forces.
   Cloud half(5, 0.2), full(5, 0.2);
