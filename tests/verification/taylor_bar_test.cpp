@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Taylor bar of OFHC copper, 25.4 x 7.62 mm at 190 m/s, quarter model in hexes against the experiment of Johnson & Cook
-// (1983) as given by Zerilli & Armstrong, J. Appl. Phys. 61 (1987) 1816: length 16.2 mm, foot 13.56 mm. Another code's hexes
-// with the same law leave 0.685 of the length, 17.40 mm (reference, section 5).
+// (1983) as given by Zerilli & Armstrong, J. Appl. Phys. 61 (1987) 1816: length 16.2 mm, foot 13.56 mm. The library's copper has
+// the law of the latter; with the constants of the former, as in another code's hexes (0.685 of the length, reference,
+// section 5), the bar stays 7 % too long.
 #include "io/material_file.hpp"
 #include "tests/verification/rig.hpp"
 
@@ -49,14 +50,13 @@ void bar(bool spall, double length_tolerance, double foot_tolerance) {
 }
 
 TEST(TaylorBarInHexes, CopperAt190) {
-  // 8 %: the law itself leaves the bar 7 % too long, in this code and in the other one, on this mesh and on finer ones; the
-  // foot is within the 10 % that a frictionless wall and constants from one laboratory deserve.
-  bar(false, 0.08, 0.10);
+  bar(false, 0.05, 0.10);
 }
 
-// The library's tension limit (spall 1.2 GPa) fails 20 elements on the foot's axis 2 us after impact, which the experiment
-// does not show, and mode fem has no remedy for the failed elements when they turn over: the run ends in a guard. Disabled
-// until that is settled: run with --gtest_also_run_disabled_tests.
-TEST(TaylorBarInHexes, DISABLED_CopperAt190WithSpall) { bar(true, 0.08, 0.10); }
+// With the library's tension limit (spall 1.2 GPa) elements on the foot's axis fail between 1 and 2 us after impact, where the
+// releases from the free surface meet; the bars did not break. It is the wall, not the mesh: rigid, it sends 7.3 GPa into the
+// bar, and the tension that follows passes 2.5 GPa at 10 and at 20 elements across; an anvil of steel makes 4.1 GPa, six
+// elements fail at a limit of 1.2 GPa and none at 1.6. Disabled: run with --gtest_also_run_disabled_tests.
+TEST(TaylorBarInHexes, DISABLED_CopperAt190WithSpall) { bar(true, 0.05, 0.10); }
 
 }  // namespace
