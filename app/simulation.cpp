@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 
@@ -184,16 +185,36 @@ void step(Simulation& s) {
   clock.mark(Stage::account);
 }
 
+static core::MinWhere smallest_particle_step(const Simulation& s) {
+  return core::min_where(s.particles.size(), [&](std::size_t i) { return s.particles.dt[i]; });
+}
+
+/// The smallest stable step of elements. A body at rest, asleep or not, that nothing can reach for many steps does not hold it.
+static core::MinWhere elements_step(const Simulation& s) {
+  constexpr double steps = 64;
+  std::vector<std::pair<core::MinWhere, std::size_t>> of;
+  for (std::size_t b = 0; b < s.mesh.body_elements.size(); ++b) of.push_back({fem::stable_step(s.mesh, b), b});
+  std::sort(of.begin(), of.end(), [](const auto& a, const auto& b) { return a.first.value < b.first.value; });
+  std::vector<double> meets;
+  for (std::size_t k = 0; k + 1 < of.size(); ++k) {
+    const auto& [limit, body] = of[k];
+    if (limit.value >= 1e300 || s.mesh.elements.deformation[limit.index] > 0 || !fem::at_rest(s.mesh, body)) return limit;
+    if (meets.empty()) meets = coupling::times_to_meet(s.mesh, s.particles);
+    if (meets[body] < steps * std::min(of[k + 1].first.value, s.particles.size() > 0 ? smallest_particle_step(s).value : 1e300)) return limit;
+  }
+  return of.empty() ? core::MinWhere{} : of.back().first;
+}
+
 void choose_step(Simulation& s, double stop) {
-  const auto el = fem::stable_step(s.mesh);
+  const auto el = elements_step(s);
   constexpr double collapsed = 0.01;
-  if (!s.mesh.awake_blocks.empty() && el.value < collapsed * s.mesh.elements.dt_0[el.index])
+  if (el.value < 1e300 && el.value < collapsed * s.mesh.elements.dt_0[el.index])
     throw core::GuardError(fmt::format(
         "element {} of body \"{}\" is about to turn inside out at step {}, t = {:.4g} us: its stable step has fallen to {:.2g} "
         "of the first one (limit {:g}); mode \"hybrid\" converts such elements, \"erosion\" deletes them",
         el.index, s.mesh.elements.body[el.index] < s.spec.bodies.size() ? s.spec.bodies[s.mesh.elements.body[el.index]].name : "",
         s.steps, s.time * 1e6, el.value / s.mesh.elements.dt_0[el.index], collapsed));
-  const auto pt = core::min_where(s.particles.size(), [&](std::size_t i) { return s.particles.dt[i]; });
+  const auto pt = smallest_particle_step(s);
   s.limit = el.value <= pt.value ? StepLimit{"element", el.index, el.value} : StepLimit{"particle", pt.index, pt.value};
   double dt = s.spec.cfl * s.limit.value;
   if (s.contact.step < dt) {

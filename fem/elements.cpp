@@ -135,17 +135,22 @@ void drop_dead_blocks(Mesh& mesh) {
   });
 }
 
-core::MinWhere stable_step(const Mesh& mesh) {
-  const Elements& e = mesh.elements;
-  const auto moving = [&](std::size_t el) {
-    return std::any_of(e.node[el].begin(), e.node[el].end(), [&](std::int32_t nd) { return !mesh.nodes.v[static_cast<std::size_t>(nd)].isZero(0); });
-  };
-  auto r = core::min_where(n_awake(mesh), [&](std::size_t k) {
-    const std::size_t el = mesh.awake_blocks[k / block_size] * block_size + k % block_size;
-    return e.deformation[el] > 0 || (e.alive[el] && moving(el)) ? e.dt[el] : 1e300;
-  });
-  if (!mesh.awake_blocks.empty()) r.index = mesh.awake_blocks[r.index / block_size] * block_size + r.index % block_size;
+core::MinWhere stable_step(const Mesh& mesh, std::size_t body) {
+  const core::Range range = mesh.body_elements[body];
+  const double* dt = mesh.elements.dt.data() + range.first;
+  auto r = core::min_where(range.size(), [&](std::size_t k) { return dt[k]; });
+  r.index += range.first;
   return r;
+}
+
+bool at_rest(const Mesh& mesh, std::size_t body) {
+  if (!mesh.body_awake[body]) return true;
+  const Elements& e = mesh.elements;
+  for (std::size_t el = mesh.body_elements[body].first; el < mesh.body_elements[body].last; ++el)
+    if (e.alive[el] && (e.deformation[el] > 0 || e.pt.p[el] != 0)) return false;
+  for (std::size_t nd = mesh.body_nodes[body].first; nd < mesh.body_nodes[body].last; ++nd)
+    if (!mesh.nodes.v[nd].isZero(0)) return false;
+  return true;
 }
 
 }  // namespace fem

@@ -38,7 +38,10 @@ void drop_dead_blocks(Mesh& mesh);
 /// Rows of awake blocks.
 inline std::size_t n_awake(const Mesh& mesh) { return mesh.awake_blocks.size() * block_size; }
 
-/// The smallest stable step of the elements that have ever moved and where: the same whether the others sleep or not.
-core::MinWhere stable_step(const Mesh& mesh);
+/// The smallest stable step [s] of a body's elements and where; those asleep count with their first one.
+core::MinWhere stable_step(const Mesh& mesh, std::size_t body);
+
+/// Nothing of the body moves, has ever been strained or is under pressure.
+bool at_rest(const Mesh& mesh, std::size_t body);
 
 }  // namespace fem

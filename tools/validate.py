@@ -89,7 +89,8 @@ def bodies(shot, exchange, names):
 
 def case_text(shot, setting, across):
     materials = {p["material"] for p in [shot["projectile"], *shot.get("plates", [])]}
-    names = {m: "whole-" + m for m in materials} if shot.get("no_failure") else {}
+    exchange = setting.get("exchange", {})
+    names = {m: "whole-" + m for m in materials} if shot.get("no_failure") or shot.get("no_damage") else {}
     text = f"title = {json.dumps(shot['title'] + ', ' + setting['label'])}\n\n"
     text += toml_table("[run]", {"end": shot["end"], "elements_across": across})
     for body in bodies(shot, setting.get("exchange", {}), names):
@@ -100,7 +101,8 @@ def case_text(shot, setting, across):
     text += toml_table("[convert]", convert) if convert else ""
     text += toml_table("[output]", {"every": shot.get("every", shot["end"])})
     for material, name in names.items():
-        text += toml_table(f"[materials.{name}]", {"base": material, "spall": {"limit": "100 GPa"}, "damage": {"model": "none"}})
+        text += toml_table(f"[materials.{name}]", {"base": exchange.get(material, material), "damage": {"model": "none"}}
+                           | ({"spall": {"limit": "100 GPa"}} if shot.get("no_failure") else {}))
     return text
 
 
