@@ -2,6 +2,7 @@
 // Elements become particles, or are deleted. The only place where arrays grow. One hex gives n^3 particles at the centres
 // of an n x n x n division of its parent cube, with the trilinear velocity there: mass and linear momentum are exact
 // (every corner's shape function sums to n^3 / 8 over the centres). Kinetic energy that the new velocities cannot carry
+// stays with the nodes that other elements still own, as far as they can take it (docs/theory.md, section 6); the rest
 // becomes heat of the same matter and is booked. Density, energy, stress, plastic strain, damage and temperature are
 // inherited: the row of the material point is copied.
 #pragma once

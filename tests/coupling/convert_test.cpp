@@ -94,6 +94,29 @@ TEST(Convert, LinearMotionOfEightParticlesLosesWhatTheFormulaSays) {
   EXPECT_NEAR(r.conversion, 0.75 * m * g * g * L * L / 8, 1e-14 * m * g * g * L * L);
 }
 
+TEST(Convert, NodesOfAnotherElementTakeUpWhatTheFormulaSays) {
+  // Two cubes of edge L side by side along x in the shear v = (g y, 0, 0); one goes. Worked by hand: its corners carry
+  // m g^2 L^2 / 8 more than its particle; the four nodes shared have w = 1/2 and a is at its limit 1/2, so each goes on 1.25
+  // times as fast, and (9/256) m g^2 L^2 of it stays with them.
+  fem::Mesh mesh;
+  const double L = 1e-3, g = 1e6;
+  fem::add_body(mesh, fem::box({-L / 2, L / 2, 3 * L / 2}, {-L / 2, L / 2}, {-L / 2, L / 2}), 0, 2785);
+  fem::finish(mesh);
+  for (std::size_t i = 0; i < mesh.nodes.size(); ++i) mesh.nodes.v[i] = Vec3(g * mesh.nodes.x[i][1], 0, 0);
+  std::uint32_t left = 0;
+  while (fem::centre(mesh, left, mesh.nodes.x)[0] > L / 2) ++left;
+  sph::Particles p;
+  const Sums before = sums(mesh, p);
+  const std::vector<std::uint32_t> one{left};
+  const auto r = coupling::convert_elements(mesh, p, one, 1);
+  const double m = 2785 * L * L * L;
+  EXPECT_NEAR(r.conversion, (1.0 / 8 - 9.0 / 256) * m * g * g * L * L, 1e-14 * m * g * g * L * L);
+  const Sums after = sums(mesh, p);
+  EXPECT_LT((after.momentum - before.momentum).norm(), 1e-14 * m * g * L);
+  for (std::size_t i = 0; i < mesh.nodes.size(); ++i)
+    if (std::abs(mesh.nodes.x[i][0] - L / 2) < 1e-9) EXPECT_NEAR(mesh.nodes.v[i][0], 1.25 * g * mesh.nodes.x[i][1], 1e-12 * g * L);
+}
+
 TEST(Convert, TheMaterialPointIsInherited) {
   fem::Mesh mesh = random_block(3);
   sph::Particles p;
