@@ -62,6 +62,7 @@ struct Simulation {
   double time = 0;                         ///< [s]
   double dt = 0;                           ///< of the step to come [s]
   double dt_old = 0;                       ///< of the step before; 0 at the start [s]
+  double dt_free = 0;                      ///< of the last one chosen, were there no output to land on [s]
   std::int64_t steps = 0;
   StepLimit limit;
   std::size_t n_elements_initial = 0, n_converted = 0, n_eroded = 0;
