@@ -103,11 +103,33 @@ bool any(Mask<W> m) {
   return r != 0;
 }
 
-/// min and max return b where either is NaN or both are equal, in every width alike.
+/// min and max return b where either is NaN or both are equal, in every width alike: what the processor's instructions do.
 template <class T>
 T min(T a, T b) { return select(a < b, a, b); }
 template <class T>
 T max(T a, T b) { return select(a > b, a, b); }
+template <int W>
+Pack<W> min(Pack<W> a, Pack<W> b) {
+  using Real [[maybe_unused]] = typename Pack<W>::Real;
+#ifdef __AVX512F__
+  if constexpr (W == 8) return Pack<W>((Real)_mm512_min_pd((__m512d)a.v, (__m512d)b.v));
+#endif
+#ifdef __AVX__
+  if constexpr (W == 4) return Pack<W>((Real)_mm256_min_pd((__m256d)a.v, (__m256d)b.v));
+#endif
+  return select(a < b, a, b);
+}
+template <int W>
+Pack<W> max(Pack<W> a, Pack<W> b) {
+  using Real [[maybe_unused]] = typename Pack<W>::Real;
+#ifdef __AVX512F__
+  if constexpr (W == 8) return Pack<W>((Real)_mm512_max_pd((__m512d)a.v, (__m512d)b.v));
+#endif
+#ifdef __AVX__
+  if constexpr (W == 4) return Pack<W>((Real)_mm256_max_pd((__m256d)a.v, (__m256d)b.v));
+#endif
+  return select(a > b, a, b);
+}
 template <int W>
 Pack<W> min(Pack<W> a, double b) { return min(a, Pack<W>(b)); }
 template <int W>

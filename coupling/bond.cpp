@@ -239,12 +239,10 @@ void fill_foreign_velocities(const fem::Mesh& mesh, const Bond& bond, sph::Neigh
   core::for_each(bond.x.size(), [&](std::size_t k) {
     const std::size_t el = bond.elements[k / parts];
     const Vec3 xi = fem::part_centre(bond.per_edge, static_cast<int>(k % parts));
-    sph::Actor& a = hood.actors[hood.n_particles + k];
-    a.v_new = fem::at(mesh, el, mesh.nodes.v, xi);
-    a.v_mean = fem::at(mesh, el, mesh.nodes.v_mean, xi);
+    hood.actors[hood.n_particles + k].v_new = fem::at(mesh, el, mesh.nodes.v, xi);
     auto row = hood.anchor_start[k];
     for (const auto nd : seam_of(bond, k / parts)) hood.anchor_v_mean[row++] = mesh.nodes.v_mean[nd];
-    hood.anchor_v_mean[row] = a.v_mean;
+    hood.anchor_v_mean[row] = fem::at(mesh, el, mesh.nodes.v_mean, xi);
   });
 }
 

@@ -44,7 +44,7 @@ void update_centres(const fem::Mesh& mesh, Bond& bond);
 /// The foreign rows of hood.actors, all but velocities after the kick.
 void fill_foreign(const fem::Mesh& mesh, const Bond& bond, sph::Neighbourhood& hood);
 
-/// v_new and v_mean of the foreign rows, and the velocity of their seams.
+/// v_new of the foreign rows, and the velocity of their seams.
 void fill_foreign_velocities(const fem::Mesh& mesh, const Bond& bond, sph::Neighbourhood& hood);
 
 /// Reaction of the particles to the seam; wakes what is pushed.

@@ -32,6 +32,16 @@ static std::array<double, 6> reflect(const Mirror& m, const std::array<double, 6
   return {r(0, 0), r(1, 1), r(2, 2), r(0, 1), r(1, 2), r(2, 0)};
 }
 
+/// The artificial stress of `from`, reflected, into `to`.
+static void reflect_artificial(const Mirror& m, const Actor& from, Actor& to) {
+  const auto& a = from.artificial;
+  core::Mat3 full;
+  full << a[0], a[1], a[2], a[1], from.artificial_yy, a[3], a[2], a[3], a[4];
+  const core::Mat3 r = reflect(m, full);
+  to.artificial = {r(0, 0), r(0, 1), r(0, 2), r(1, 2), r(2, 2)};
+  to.artificial_yy = r(1, 1);
+}
+
 /// Bounds of a bin's displacements.
 struct Bounds {
   Vec3 low = Vec3::Constant(1e300), high = Vec3::Constant(-1e300);
@@ -182,9 +192,8 @@ void reflect_images(Neighbourhood& hood) {
     a.x = m.point + reflect(m, Vec3(s.x - m.point));
     a.v = reflect(m, s.v);
     a.v_new = reflect(m, s.v_new);
-    a.v_mean = reflect(m, s.v_mean);
     a.stress = reflect(m, s.stress);
-    if (s.tension > 0) a.artificial = reflect(m, s.artificial);
+    if (s.tension) reflect_artificial(m, s, a);
     if (s.firm > 0) a.rate = reflect(m, s.rate);
     if (m.wall) a.body = wall_body;
     hood.actors[n_real + k] = a;
@@ -197,7 +206,6 @@ void reflect_velocities(Neighbourhood& hood) {
     const Mirror& m = hood.mirrors[hood.images[k].mirror];
     const Actor& s = hood.actors[hood.images[k].source];
     hood.actors[n_real + k].v_new = reflect(m, s.v_new);
-    hood.actors[n_real + k].v_mean = reflect(m, s.v_mean);
   }
 }
 

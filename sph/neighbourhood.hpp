@@ -16,34 +16,34 @@
 
 namespace sph {
 
-/// Laid out in lines of eight doubles, each of which one part of the pair sums reads (pair_kernel.cpp).
+/// Laid out for the pair sums (pair_kernel.cpp): what distances and viscosity need fills the first two lines of eight
+/// doubles, in fours; of the next two each column of a tensor lies within one line; the last is for hourglass control.
 struct alignas(64) Actor {
   core::Vec3 x{0, 0, 0};
-  double h = 0, volume = 0, m = 0;
-  double tension = 0;          ///< 1 where `artificial` is not zero
-  std::int64_t body = 0;
+  double h = 0;
+  double volume = 0;
+  std::int32_t body = 0;
+  std::int32_t tension = 0;    ///< 1 where artificial stress acts
+  double m = 0, c = 0;
 
   core::Vec3 v{0, 0, 0};       ///< before the kick, n - 1/2: what viscosity sees
-  double c = 0, rho = 0;
+  double rho = 0;
+  core::Vec3 v_new{0, 0, 0};   ///< after the kick and contact, n + 1/2: what strains; the forces work on the mean of both
   double spread = 0;           ///< shear switch of the viscosity [-]
-  double p_contact = 0;        ///< max(p, 0): all that bodies say to each other [Pa]
+
+  std::array<double, 5> artificial{};       ///< artificial stress of Gray et al., xx xy zx yz zz [Pa]
   core::Mat3 stress = core::Mat3::Zero();   ///< sigma B^T, see particle_forces.hpp [Pa]
-
-  std::array<double, 6> artificial{};       ///< artificial stress of Gray et al., xx yy zz xy yz zx [Pa]
-  std::array<double, 2> unused{};
-
-  core::Vec3 v_new{0, 0, 0};   ///< after the kick and contact, n + 1/2: what strains
-  core::Vec3 v_mean{0, 0, 0};  ///< what the forces work on
-  std::array<double, 2> unused_too{};
+  double artificial_yy = 0;
+  double p_contact = 0;        ///< max(p, 0): all that bodies say to each other [Pa]
 
   std::array<double, 6> rate{};  ///< strain rate of the last step, xx yy zz xy yz zx [1/s]
   double firm = 0;               ///< 1 where it bears shear and its gradients are exact: motion beside `rate` is damped
-  double unused_as_well = 0;
+  double unused = 0;
 };
-static_assert(sizeof(Actor) == 384);
+static_assert(sizeof(Actor) == 320);
 
 /// What images behind a rigid wall say they belong to: they push whatever comes and hold nothing.
-constexpr std::int64_t wall_body = -1;
+constexpr std::int32_t wall_body = -1;
 
 /// A plane that mirrors: symmetry plane (particles and their images are one body) or rigid wall (they only push).
 struct Mirror {

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The pair sums' inner loops, compiled once for each instruction set and chosen at run time. What they compute is written
 // at the head of particle_forces.hpp; who is in reach is decided once a step, in find_near(), and kept as one bit a pair.
-// Neighbours go through in eights, in the order of the list, whatever the width of the machine's registers, and the eight
-// partial sums are joined in one order: the same bits on every instruction set.
+// Neighbours go through in fours, in the order of the list, whatever the width of the machine's registers, and the four
+// partial sums are joined in one order: the same bits on every instruction set. A row's loops are short ones, one after the
+// other: a processor has registers for several fours at a time in those.
 #pragma once
 
 #include <cstddef>
@@ -43,7 +44,7 @@ struct AnchorView {
   const core::Vec3* x;
   const core::Vec3* v_mean;
   core::Vec3* force;
-  double* scratch;  ///< 32 doubles for each anchor of the longest row
+  double* scratch;  ///< 16 doubles for each anchor of the longest row
 };
 
 /// Force on a particle [N].

@@ -69,7 +69,7 @@ static void for_each_foreign_block(Neighbourhood& hood, F&& f) {
   for (std::size_t k = 0; k < hood.n_foreign; ++k)
     longest = std::max(longest, hood.anchor_start[k + 1] - hood.anchor_start[k]);
   core::for_each_block(hood.n_foreign, row_block, [&](std::size_t first, std::size_t last) {
-    std::vector<double> scratch(32 * longest);
+    std::vector<double> scratch(16 * longest);
     const AnchorView anchors{hood.n_particles,     hood.anchor_spacing,       hood.anchor_start.data(),
                              hood.anchor_x.data(), hood.anchor_v_mean.data(), hood.anchor_force.data(),
                              scratch.data()};

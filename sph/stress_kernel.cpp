@@ -134,7 +134,8 @@ void correct_rows(const core::Points& pt, double epsilon, std::size_t first, std
       a.firm = firm[lane] ? 1 : 0;
       a.tension = 0;
       if (!may_pull || !(bound[lane] > 0) || !(push[0][lane] + push[1][lane] + push[2][lane] < 0)) continue;
-      for (std::size_t k = 0; k < 6; ++k) a.artificial[k] = push[k][lane];
+      a.artificial = {push[0][lane], push[3][lane], push[5][lane], push[4][lane], push[2][lane]};
+      a.artificial_yy = push[1][lane];
       a.tension = 1;
     }
   }

@@ -73,10 +73,7 @@ struct ParticleBlock {
     sph::add_pair_forces(settings, hood, p);
     after(forces);
     sph::kick_particles(p, dt);
-    core::for_each(p.size(), [&](std::size_t i) {
-      hood.actors[i].v_new = p.v[i];
-      hood.actors[i].v_mean = p.v_mean[i];
-    });
+    core::for_each(p.size(), [&](std::size_t i) { hood.actors[i].v_new = p.v[i]; });
     after(kick);
     sph::pair_work(settings, dt, dt, correction, hood, p, velocity_gradient);
     after(work);

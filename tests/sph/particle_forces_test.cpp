@@ -54,10 +54,7 @@ struct Cloud {
     sph::add_pair_forces(settings, hood, p);
   }
   void work(double kick, double drift) {
-    for (std::size_t i = 0; i < p.size(); ++i) {
-      hood.actors[i].v_new = p.v[i];
-      hood.actors[i].v_mean = p.v_mean[i];
-    }
+    for (std::size_t i = 0; i < p.size(); ++i) hood.actors[i].v_new = p.v[i];
     sph::reflect_velocities(hood);
     sph::pair_work(settings, kick, drift, correction, hood, p, gradient);
   }
