@@ -68,6 +68,8 @@ struct Neighbourhood {
   std::vector<core::Vec3> watched_built;  ///< of what is no actor but near enough to become one
   std::vector<std::uint32_t> bin;    ///< [actors, then watched]
   std::vector<std::uint32_t> bin_start, bin_touching;  ///< rows of bins that touch, each bin its own first
+  double skin = 0.2;                 ///< part of the reach that lists hold beyond it; choose_skin
+  int served = 0;                    ///< steps for which the lists have served
   double slack = 0;                  ///< how far two actors of touching bins may move against each other [m]
   double far_path = 0;               ///< how far anything may move against what lies beyond touching bins [m]
   double far_speed = 0;              ///< bound on the speed at which it does [m/s]
@@ -90,9 +92,13 @@ struct Neighbourhood {
 bool still_valid(const Neighbourhood& hood, const std::vector<core::Vec3>& particle_x,
                  const std::vector<core::Vec3>& foreign_x, const std::vector<core::Vec3>& watched_x);
 
-/// What lies within foreign_reaches of a particle must be an actor when the lists are made, what lies within
-/// watched_reaches must be watched.
-constexpr double foreign_reaches = 1.2, watched_reaches = 3.0;
+/// Before lists are made anew because something moved: a thicker skin where the last ones served for few steps, a thinner one
+/// where they served for many. Sums do not depend on it.
+void choose_skin(Neighbourhood& hood);
+
+/// What lies within 1 + skin reaches of a particle must be an actor when the lists are made, what lies within watched_reaches
+/// must be watched.
+constexpr double watched_reaches = 3.0;
 
 /// Makes images and lists. actors[0 .. n_particles + n_foreign) hold current x, h and v. outside_speed: of the fastest
 /// thing that is no actor yet but could become a neighbour [m/s].
