@@ -51,22 +51,27 @@ static double fastest_node(const fem::Mesh& mesh) {
 static void find_neighbours(Simulation& s) {
   if (s.particles.size() == 0) return;
   auto& hood = s.hood;
-  coupling::update_centres(s.mesh, s.bond);
-  const bool rebuild = !sph::still_valid(hood, s.particles.x, s.bond.x, s.bond.watched_x);
-  if (rebuild) {
-    sph::choose_skin(hood);
-    coupling::find_elements(s.mesh, s.particles, hood.skin, s.bond);
+  const auto fill = [&] {
+    sph::fill_actors(s.particles, s.rho_0, hood);
+    coupling::fill_foreign(s.mesh, s.bond, hood);
+  };
+  bool valid = hood.valid && hood.n_particles == s.particles.size();
+  if (valid) {
+    coupling::update_centres(s.mesh, s.bond);
+    fill();
+    valid = sph::still_valid(hood, s.bond.watched_x);
+  }
+  if (valid) {
+    sph::reflect_images(hood);
+  } else {
+    coupling::find_elements(s.mesh, s.particles, s.bond);
     coupling::find_seam(s.mesh, s.bond);
     hood.n_particles = s.particles.size();
     hood.n_foreign = s.bond.x.size();
     hood.actors.resize(hood.n_particles + hood.n_foreign);
-  }
-  sph::fill_actors(s.particles, s.rho_0, hood);
-  coupling::fill_foreign(s.mesh, s.bond, hood);
-  if (rebuild)
+    fill();
     sph::build(hood, s.bond.watched_x, fastest_node(s.mesh));
-  else
-    sph::reflect_images(hood);
+  }
   sph::correct_gradients(s.particles, s.particle_settings, hood, s.correction);
   sph::reflect_images(hood);
 }
@@ -170,7 +175,6 @@ void step(Simulation& s) {
   clock.mark(Stage::particles);
   s.time += s.dt;
   s.hood.age += s.dt;
-  ++s.hood.served;
   s.dt_old = s.dt;
   ++s.steps;
   s.work.element_updates += fem::n_awake(s.mesh);

@@ -13,10 +13,27 @@ namespace sph {
 
 using core::Vec3;
 
+/// Part of the reach that lists hold beyond it.
+constexpr double skin = 0.25;
+static_assert(1 + skin <= foreign_reaches, "whatever a list holds must be an actor when it is made");
+
+/// The axis that a plane is normal to, -1 where it is oblique.
+static int axis_of(const Mirror& m) {
+  for (int d = 0; d < 3; ++d)
+    if (std::abs(m.normal[d]) == 1) return d;
+  return -1;
+}
+
 static Vec3 reflect(const Mirror& m, const Vec3& a) { return a - 2 * m.normal.dot(a) * m.normal; }
 
 static core::Mat3 reflect(const Mirror& m, const core::Mat3& a) {
-  const core::Mat3 r = core::Mat3::Identity() - 2 * m.normal * m.normal.transpose();
+  core::Mat3 r = a;
+  if (const int d = axis_of(m); d >= 0) {
+    r.row(d) *= -1;
+    r.col(d) *= -1;
+    return r;
+  }
+  r = core::Mat3::Identity() - 2 * m.normal * m.normal.transpose();
   return r * a * r;
 }
 
@@ -38,9 +55,10 @@ static void reflect_artificial(const Mirror& m, const Actor& from, Actor& to) {
   to.artificial_yy = r(1, 1);
 }
 
-/// Bounds of a bin's displacements.
+/// Bounds of a bin's displacements, and of how much a smoothing length in it has grown.
 struct Bounds {
   Vec3 low = Vec3::Constant(1e300), high = Vec3::Constant(-1e300);
+  double growth = 0;
   void add(const Vec3& u) {
     low = low.cwiseMin(u);
     high = high.cwiseMax(u);
@@ -49,37 +67,33 @@ struct Bounds {
   double apart(const Bounds& o) const { return (high - o.low).cwiseMax(o.high - low).squaredNorm(); }
 };
 
-bool still_valid(const Neighbourhood& hood, const std::vector<Vec3>& particle_x, const std::vector<Vec3>& foreign_x,
-                 const std::vector<Vec3>& watched_x) {
-  const std::size_t n = particle_x.size(), n_real = n + foreign_x.size();
-  if (!hood.valid || hood.n_particles != n || hood.n_foreign != foreign_x.size() ||
-      hood.watched_built.size() != watched_x.size())
-    return false;
+bool still_valid(const Neighbourhood& hood, const std::vector<Vec3>& watched_x) {
+  const std::size_t n_real = hood.n_particles + hood.n_foreign;
   if (hood.age * hood.far_speed > hood.far_path) return false;
   std::vector<Vec3> moved(hood.x_built.size());
   std::vector<Bounds> bounds(hood.bin_start.size() - 1);
   for (std::size_t i = 0; i < moved.size(); ++i) {
-    if (i < n_real)
-      moved[i] = (i < n ? particle_x[i] : foreign_x[i - n]) - hood.x_built[i];
-    else
-      moved[i] = reflect(hood.mirrors[hood.images[i - n_real].mirror], moved[hood.images[i - n_real].source]);
-    bounds[hood.bin[i]].add(moved[i]);
+    std::size_t source = i;
+    if (i < n_real) {
+      moved[i] = hood.actors[i].x - hood.x_built[i];
+    } else {
+      const Image& image = hood.images[i - n_real];
+      moved[i] = reflect(hood.mirrors[image.mirror], moved[image.source]);
+      while (source >= n_real) source = hood.images[source - n_real].source;
+    }
+    Bounds& bin = bounds[hood.bin[i]];
+    bin.add(moved[i]);
+    bin.growth = std::max(bin.growth, hood.actors[source].h - hood.h_built[source]);
   }
   for (std::size_t k = 0; k < watched_x.size(); ++k)
     bounds[hood.bin[moved.size() + k]].add(watched_x[k] - hood.watched_built[k]);
-  const double limit = 4 * hood.slack * hood.slack;
   for (std::size_t b = 0; b < bounds.size(); ++b)
-    for (auto k = hood.bin_start[b]; k < hood.bin_start[b + 1]; ++k)
-      if (bounds[b].apart(bounds[hood.bin_touching[k]]) > limit) return false;
+    for (auto k = hood.bin_start[b]; k < hood.bin_start[b + 1]; ++k) {
+      const Bounds& other = bounds[hood.bin_touching[k]];
+      const double limit = 2 * hood.slack - bounds[b].growth - other.growth;
+      if (limit < 0 || bounds[b].apart(other) > limit * limit) return false;
+    }
   return true;
-}
-
-void choose_skin(Neighbourhood& hood) {
-  constexpr double least = 0.2, most = 0.8, factor = 1.4;
-  constexpr int few = 16, many = 64;  // steps: making lists costs a few times what they serve for
-  if (!hood.valid) return;
-  if (hood.served < few) hood.skin = std::min(most, factor * hood.skin);
-  if (hood.served > many) hood.skin = std::max(least, hood.skin / factor);
 }
 
 /// Cubes of the given edge that hold actors, and which of them touch.
@@ -160,21 +174,22 @@ void build(Neighbourhood& hood, const std::vector<Vec3>& watched_x, double outsi
     speed = std::max(speed, a.v.norm());
   }
   const double reach = kernel_reach * h_max;
-  hood.slack = 0.5 * hood.skin * kernel_reach * h_min;
+  hood.slack = 0.5 * skin * kernel_reach * h_min;
   // Beyond touching bins lies nothing nearer than a bin's edge, less what may still be inside a kernel's reach.
-  hood.far_path = (watched_reaches - 1 - hood.skin) * reach;
+  hood.far_path = (watched_reaches - 1 - skin) * reach;
   hood.far_speed = 2 * 1.25 * speed;  // two that meet head on, both sped up a little meanwhile
   hood.age = 0;
-  hood.served = 0;
-  for (std::uint32_t k = 0; k < hood.mirrors.size(); ++k) add_images(hood, k, (1 + 2 * hood.skin) * reach);
+  for (std::uint32_t k = 0; k < hood.mirrors.size(); ++k) add_images(hood, k, (1 + 2 * skin) * reach);
   reflect_images(hood);
   hood.watched_built = watched_x;
   bin_actors(hood, watched_reaches * reach);
 
   std::vector<double> radius(hood.actors.size());
   hood.x_built.resize(hood.actors.size());
+  hood.h_built.resize(hood.actors.size());
   for (std::size_t i = 0; i < radius.size(); ++i) {
     hood.x_built[i] = hood.actors[i].x;
+    hood.h_built[i] = hood.actors[i].h;
     radius[i] = kernel_reach * hood.actors[i].h + 2 * hood.slack;
   }
   core::Octree tree;

@@ -65,11 +65,10 @@ struct Neighbourhood {
   std::vector<std::uint16_t> near;   ///< one bit a candidate of `pairs`: in reach at this step? (pair_kernel.hpp)
   std::vector<std::uint32_t> n_near; ///< [row] how many are
   std::vector<core::Vec3> x_built;   ///< positions of all actors when the lists were made
+  std::vector<double> h_built;       ///< and their smoothing lengths [m]
   std::vector<core::Vec3> watched_built;  ///< of what is no actor but near enough to become one
   std::vector<std::uint32_t> bin;    ///< [actors, then watched]
   std::vector<std::uint32_t> bin_start, bin_touching;  ///< rows of bins that touch, each bin its own first
-  double skin = 0.2;                 ///< part of the reach that lists hold beyond it; choose_skin
-  int served = 0;                    ///< steps for which the lists have served
   double slack = 0;                  ///< how far two actors of touching bins may move against each other [m]
   double far_path = 0;               ///< how far anything may move against what lies beyond touching bins [m]
   double far_speed = 0;              ///< bound on the speed at which it does [m/s]
@@ -88,17 +87,13 @@ struct Neighbourhood {
   std::vector<double> foreign_heat;       ///< [n_foreign] energy it gains in the pairs [J]
 };
 
-/// True when the lists still hold every pair in reach of the current positions of particles and foreigners.
-bool still_valid(const Neighbourhood& hood, const std::vector<core::Vec3>& particle_x,
-                 const std::vector<core::Vec3>& foreign_x, const std::vector<core::Vec3>& watched_x);
+/// True when the lists, made for the same actors, still hold every pair in reach of where particles and foreigners
+/// (hood.actors) and what is watched are now.
+bool still_valid(const Neighbourhood& hood, const std::vector<core::Vec3>& watched_x);
 
-/// Before lists are made anew because something moved: a thicker skin where the last ones served for few steps, a thinner one
-/// where they served for many. Sums do not depend on it.
-void choose_skin(Neighbourhood& hood);
-
-/// What lies within 1 + skin reaches of a particle must be an actor when the lists are made, what lies within watched_reaches
-/// must be watched.
-constexpr double watched_reaches = 3.0;
+/// What lies within foreign_reaches of a particle must be an actor when the lists are made, what lies within
+/// watched_reaches must be watched.
+constexpr double foreign_reaches = 1.25, watched_reaches = 3.0;
 
 /// Makes images and lists. actors[0 .. n_particles + n_foreign) hold current x, h and v. outside_speed: of the fastest
 /// thing that is no actor yet but could become a neighbour [m/s].

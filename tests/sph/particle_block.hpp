@@ -62,11 +62,9 @@ struct ParticleBlock {
   /// One step; after(pass) is called at the end of each.
   template <class After>
   void step(double dt, After&& after) {
-    const bool rebuild = !sph::still_valid(hood, p.x, {}, {});
-    hood.n_particles = p.size();
-    hood.actors.resize(rebuild ? p.size() : hood.actors.size());
+    if (!hood.valid) hood.actors.resize(hood.n_particles = p.size());
     sph::fill_actors(p, rho_0, hood);
-    if (rebuild) sph::build(hood, {}, 0);
+    if (!hood.valid || !sph::still_valid(hood, {})) sph::build(hood, {}, 0);
     after(search);
     sph::correct_gradients(p, settings, hood, correction);
     after(gradients);
