@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Crater in a plate or box, from the front-most point of the held material over every column. Depth: of the lowest such
-// point below the front face as built. Diameter: 2 x the mean over azimuth of the inner radius in the plane of the front
+// Crater in a plate or box, from the front-most point of the held material over every column. Depth: as far below the front
+// face as built as a gauge reaches. Diameter: 2 x the mean over azimuth of the inner radius in the plane of the front
 // face (a tenth of an element below it, so that the undisturbed face itself does not count). Lip: the highest point.
 #include <algorithm>
 #include <cmath>
@@ -31,10 +31,18 @@ double lip_height(const Surface& surface, double face) {
   return highest - face;
 }
 
-double deepest(const std::vector<double>& heights, double face) {
+/// How deep the tip of a gauge goes that is as wide as the columns round one, an element and a half: into craters, not into
+/// the gaps between particles that line them.
+double gauge(const Columns& columns, const std::vector<double>& heights, double face) {
   double depth = 0;
-  for (const double w : heights)
-    if (w != no_height) depth = std::max(depth, face - w);
+  for (int j = 0; j < columns.n[1]; ++j)
+    for (int i = 0; i < columns.n[0]; ++i) {
+      double rests_at = no_height;
+      for (int b = std::max(0, j - 1); b <= std::min(columns.n[1] - 1, j + 1); ++b)
+        for (int a = std::max(0, i - 1); a <= std::min(columns.n[0] - 1, i + 1); ++a)
+          rests_at = std::max(rests_at, heights[columns.index(a, b)]);
+      if (rests_at != no_height) depth = std::max(depth, face - rests_at);
+    }
   return depth;
 }
 
@@ -45,7 +53,7 @@ void measure_crater(const Plate& plate, Result& result) {
   const double face = plate.frame.half.z();
   const Columns columns = crater_columns(plate.window);
   const std::vector<double> heights = front_heights(plate.held, columns);
-  const double depth = deepest(heights, face);
+  const double depth = gauge(columns, heights, face);
   if (!plate.opening.through) add(result, plate.name + ".crater_depth", depth, "m");
   add(result, plate.name + ".crater_lip_height", lip_height(plate.held, face), "m");
 
