@@ -111,10 +111,10 @@ static std::pair<double, double> fineness(const io::Case& spec, const io::BodySp
   const double d = smallest_extent(shot) > 0 ? smallest_extent(shot) : extent(b).minCoeff();
   double fine = d / spec.elements_across;
   double half = 1.5 * d;
-  constexpr double later_layers = 6, cloud_slope = 0.25;
+  constexpr double later_layers = 6, cloud_slope = 0.25, widest = 6;
   if (k > 0) {
     fine = std::max(fine, b.size[2] / later_layers);
-    half = 1.5 * d + cloud_slope * distance;
+    half = std::min(1.5 * d + cloud_slope * distance, widest * d);  // farther off, what arrives is thin
   }
   if (b.size[2] > 2 * d)
     half = 2.2 * d;  // a thick target: the crater and its rim

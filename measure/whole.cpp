@@ -118,7 +118,9 @@ void find_members(const Scene& scene, Whole& whole) {
     // drifts it is no part of the plate either, and closes no opening.
     const bool powder = !whole.is_element(row) && m.damage[row] >= 1, rests = speed < speed_limit(whole, settled_speed);
     own[row] = r.exists && (!powder || rests);
-    slow[row] = r.exists && !powder && rests;
+    // A plate that still bends is whole all the same: its elements hang together by their nodes.
+    const bool bends = whole.is_element(row) && speed < std::max(speed_limit(whole, loose_speed), bending_speed);
+    slow[row] = r.exists && !powder && (rests || bends);
     loose[row] = speed > speed_limit(whole, r.exists ? loose_speed : settled_speed);
   }
   whole.joined = connected_to_rim(whole, own, rim);
