@@ -54,7 +54,8 @@ static void find_neighbours(Simulation& s) {
   coupling::update_centres(s.mesh, s.bond);
   const bool rebuild = !sph::still_valid(hood, s.particles.x, s.bond.x, s.bond.watched_x);
   if (rebuild) {
-    coupling::find_elements(s.mesh, s.particles, s.bond);
+    sph::choose_skin(hood);
+    coupling::find_elements(s.mesh, s.particles, hood.skin, s.bond);
     coupling::find_seam(s.mesh, s.bond);
     hood.n_particles = s.particles.size();
     hood.n_foreign = s.bond.x.size();
@@ -169,6 +170,7 @@ void step(Simulation& s) {
   clock.mark(Stage::particles);
   s.time += s.dt;
   s.hood.age += s.dt;
+  ++s.hood.served;
   s.dt_old = s.dt;
   ++s.steps;
   s.work.element_updates += fem::n_awake(s.mesh);

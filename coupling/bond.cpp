@@ -74,7 +74,7 @@ static void box_of(const fem::Mesh& mesh, std::size_t body, Vec3& low, Vec3& hig
     }
 }
 
-void find_elements(const fem::Mesh& mesh, const sph::Particles& p, Bond& bond) {
+void find_elements(const fem::Mesh& mesh, const sph::Particles& p, double skin, Bond& bond) {
   const fem::Elements& e = mesh.elements;
   bond.elements.clear();
   bond.watched.clear();
@@ -100,7 +100,7 @@ void find_elements(const fem::Mesh& mesh, const sph::Particles& p, Bond& bond) {
     }
     if (rows.empty()) continue;
     const ParticlesByCell watched(p, rows, reach);
-    const ParticlesByCell in_reach(p, rows, sph::foreign_reaches * 0.5 * (1 + coarsest) * range);
+    const ParticlesByCell in_reach(p, rows, (1 + skin) * 0.5 * (1 + coarsest) * range);
     const auto range_of = mesh.body_elements[b];
     near.assign(range_of.size(), 0);
     core::for_each(near.size(), [&](std::size_t k) {
@@ -111,7 +111,7 @@ void find_elements(const fem::Mesh& mesh, const sph::Particles& p, Bond& bond) {
       near[k] = 1;
       if (!in_reach.touch(x)) return;
       const double h = std::min(sph::h_over_spacing * std::cbrt(e.pt.m[el] / e.pt.rho[el]) / bond.per_edge, coarsest * h_max);
-      if (in_reach.within(x, h, sph::foreign_reaches * bond.per_edge)) near[k] = 2;
+      if (in_reach.within(x, h, (1 + skin) * bond.per_edge)) near[k] = 2;
     });
     for (std::size_t k = 0; k < near.size(); ++k)
       if (near[k]) (near[k] == 2 ? bond.elements : bond.watched).push_back(static_cast<std::uint32_t>(range_of.first + k));

@@ -30,9 +30,9 @@ struct Bond {
   int parts() const { return per_edge * per_edge * per_edge; }
 };
 
-/// Elements whose centre lies within reach of a particle, and a skin; and those to be watched. Images need no search of their own: an element in
+/// Elements whose centre lies within 1 + skin reaches of a particle, and those to be watched. Images need no search of their own: an element in
 /// reach of an image has its own image in reach of the particle.
-void find_elements(const fem::Mesh& mesh, const sph::Particles& particles, Bond& bond);
+void find_elements(const fem::Mesh& mesh, const sph::Particles& particles, double skin, Bond& bond);
 
 /// Nodes that take each bonded element's reaction: its corners on the seam (where an element was converted), else those of the
 /// elements around it, else none.

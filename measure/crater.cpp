@@ -60,7 +60,7 @@ void measure_crater(const Plate& plate, Result& result) {
   }
   const double w = face - below_face * plate.window.size;
   const InnerEdge edge =
-      centred_inner_edge(cut_at(plate.held, w), cut_spheres(plate.held, w), Band::everything(), crater.center);
+      centred_inner_edge(cut_at(plate.held, {}, w), cut_spheres(plate.held, {}, w), Band::everything(), crater.center);
   if (edge.exists()) add(result, plate.name + ".crater_diameter", edge.mean_diameter(), "m");
 }
 

@@ -121,14 +121,16 @@ Edges edges_of(const Surface& surface) {
   return edges;
 }
 
-Edges cut_at(const Surface& surface, double w) {
+Edges cut_at(const Surface& surface, const Middle& middle, double w) {
   Edges edges;
+  const auto above = [&](const Vec3& x) { return x.z() - middle.at(x.x(), x.y()) - w; };
   const auto cut_triangle = [&](const Vec3& a, const Vec3& b, const Vec3& c) {
     std::array<Vec3, 3> x{a, b, c}, cut;
     int n = 0;
     for (int k = 0; k < 3; ++k) {
       const Vec3 &p = x[k], &q = x[(k + 1) % 3];
-      if ((p.z() < w) != (q.z() < w)) cut[n++] = p + (w - p.z()) / (q.z() - p.z()) * (q - p);
+      const double a_p = above(p), a_q = above(q);
+      if ((a_p < 0) != (a_q < 0)) cut[n++] = p + a_p / (a_p - a_q) * (q - p);
     }
     if (n == 2) edges.push_back({cut[0], cut[1]});
   };
@@ -139,10 +141,10 @@ Edges cut_at(const Surface& surface, double w) {
   return edges;
 }
 
-std::vector<Sphere> cut_spheres(const Surface& surface, double w) {
+std::vector<Sphere> cut_spheres(const Surface& surface, const Middle& middle, double w) {
   std::vector<Sphere> cut;
   for (const Sphere& s : surface.spheres)
-    if (std::abs(s.x.z() - w) <= 0.5 * s.spacing) cut.push_back(s);
+    if (std::abs(s.x.z() - middle.at(s.x.x(), s.x.y()) - w) <= 0.5 * s.spacing) cut.push_back(s);
   return cut;
 }
 

@@ -35,10 +35,10 @@ double ray_azimuth(int ray);
 using Edges = std::vector<std::array<core::Vec3, 2>>;
 /// All edges of the faces that are not flat.
 Edges edges_of(const Surface& surface);
-/// The lines in which the plane at height w cuts the faces.
-Edges cut_at(const Surface& surface, double w);
-/// The spheres that the plane at height w cuts.
-std::vector<Sphere> cut_spheres(const Surface& surface, double w);
+/// The lines in which the surface at height w above a plate's middle cuts the faces.
+Edges cut_at(const Surface& surface, const Middle& middle, double w);
+/// The spheres that it cuts.
+std::vector<Sphere> cut_spheres(const Surface& surface, const Middle& middle, double w);
 
 /// First hits of rays from a fixed centre.
 InnerEdge inner_edge(const Edges& edges, std::span<const Sphere> spheres, const Band& band, const double center[2]);

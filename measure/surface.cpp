@@ -113,10 +113,13 @@ class Voxels {
     return open;
   }
 
-  std::vector<char> flooded_at(double w) const {
-    const int l = std::clamp(cell(2, w), 0, layers_ - 1);
+  std::vector<char> flooded_in(const Middle& middle) const {
     std::vector<char> open(columns_.size(), 0);
-    for (std::size_t c = 0; c < columns_.size(); ++c) open[c] = solid_[c + l * columns_.size()] == 2;
+    for (int j = 0; j < count(1); ++j)
+      for (int i = 0; i < count(0); ++i) {
+        const int l = std::clamp(cell(2, middle.at(columns_.x(0, i), columns_.x(1, j))), 0, layers_ - 1);
+        open[columns_.index(i, j)] = solid_[index(i, j, l)] == 2;
+      }
     return open;
   }
 
@@ -258,6 +261,61 @@ Columns columns_over(const Window& window, double h) {
   return c;
 }
 
+double Middle::at(double x, double y) const {
+  if (height.empty()) return 0;
+  const double place[2] = {x, y};
+  int k[2];
+  double part[2];
+  for (int a = 0; a < 2; ++a) {
+    const double u = std::clamp((place[a] - columns.low[a]) / columns.h - 0.5, 0.0, columns.n[a] - 1.0);
+    k[a] = std::min(static_cast<int>(u), std::max(0, columns.n[a] - 2));
+    part[a] = u - k[a];
+  }
+  const auto h = [&](int i, int j) { return height[columns.index(std::min(i, columns.n[0] - 1), std::min(j, columns.n[1] - 1))]; };
+  const double near = (1 - part[0]) * h(k[0], k[1]) + part[0] * h(k[0] + 1, k[1]);
+  const double far = (1 - part[0]) * h(k[0], k[1] + 1) + part[0] * h(k[0] + 1, k[1] + 1);
+  return (1 - part[1]) * near + part[1] * far;
+}
+
+Middle middle_of(const Surface& surface, const Window& window, double edge) {
+  Middle middle;
+  if (!window.exists) return middle;
+  middle.columns = columns_over(window, std::max({edge, (window.high[0] - window.low[0]) / 1000, (window.high[1] - window.low[1]) / 1000}));
+  const Columns& c = middle.columns;
+  std::vector<double> area(c.size(), 0), moment(c.size(), 0);
+  for (const Quad& q : surface.quads) {
+    const Vec3 centre = 0.25 * (q.x[0] + q.x[1] + q.x[2] + q.x[3]);
+    const int i = static_cast<int>(std::floor((centre.x() - c.low[0]) / c.h)), j = static_cast<int>(std::floor((centre.y() - c.low[1]) / c.h));
+    if (i < 0 || j < 0 || i >= c.n[0] || j >= c.n[1]) continue;
+    const double a = 0.5 * std::abs((q.x[2] - q.x[0]).cross(q.x[3] - q.x[1]).z());
+    area[c.index(i, j)] += a;
+    moment[c.index(i, j)] += a * centre.z();
+  }
+  // squares without any take the mean of those around them, from the rim of the gap inwards
+  middle.height.assign(c.size(), 0);
+  std::vector<char> known(c.size(), 0);
+  for (std::size_t k = 0; k < c.size(); ++k)
+    if (area[k] > 0) middle.height[k] = moment[k] / area[k], known[k] = 1;
+  for (bool more = true; more;) {
+    more = false;
+    const std::vector<char> before = known;
+    for (int j = 0; j < c.n[1]; ++j)
+      for (int i = 0; i < c.n[0]; ++i) {
+        if (before[c.index(i, j)]) continue;
+        double sum = 0;
+        int n = 0;
+        for (int b = std::max(0, j - 1); b <= std::min(c.n[1] - 1, j + 1); ++b)
+          for (int a = std::max(0, i - 1); a <= std::min(c.n[0] - 1, i + 1); ++a)
+            if (before[c.index(a, b)]) sum += middle.height[c.index(a, b)], ++n;
+        if (n == 0) continue;
+        middle.height[c.index(i, j)] = sum / n;
+        known[c.index(i, j)] = 1;
+        more = true;
+      }
+  }
+  return middle;
+}
+
 Patch largest_patch(const Columns& columns, std::span<const char> marked) {
   Patch best;
   std::vector<char> seen(marked.size(), 0);
@@ -286,7 +344,7 @@ Patch largest_patch(const Columns& columns, std::span<const char> marked) {
   return best;
 }
 
-Opening find_opening(const Surface& surface, const Window& window) {
+Opening find_opening(const Surface& surface, const Window& window, const Middle& middle) {
   Opening opening;
   if (!window.exists) return opening;
   double low = 1e300, high = -1e300;
@@ -300,7 +358,7 @@ Opening find_opening(const Surface& surface, const Window& window) {
   opening.through = voxels.flood();
   if (!opening.through) return opening;
   opening.seen = largest_patch(voxels.columns(), voxels.open_columns());
-  opening.middle = largest_patch(voxels.columns(), voxels.flooded_at(0.0));
+  opening.middle = largest_patch(voxels.columns(), voxels.flooded_in(middle));
   return opening;
 }
 

@@ -49,6 +49,15 @@ struct Columns {
   double x(int axis, int i) const { return low[axis] + (i + 0.5) * h; }
 };
 
+/// Where the middle of a plate lies that may be bent: its height over a grid of columns, carried on where nothing is left.
+struct Middle {
+  Columns columns;
+  std::vector<double> height;  ///< [m]; empty: at 0 everywhere
+  double at(double x, double y) const;
+};
+/// The mean height of the surface's front and back, over squares of the given edge [m].
+Middle middle_of(const Surface& surface, const Window& window, double edge);
+
 /// A connected set of columns.
 struct Patch {
   std::size_t n_columns = 0;
@@ -61,10 +70,10 @@ Patch largest_patch(const Columns& columns, std::span<const char> marked);
 struct Opening {
   bool through = false;   ///< space in front of the plate is connected to space behind it
   Patch seen;             ///< largest patch of columns that nothing blocks: what one sees looking along the normal
-  Patch middle;           ///< largest patch, in the plate's mid-plane, of the space connected to both sides
+  Patch middle;           ///< largest patch, in the plate's middle, of the space connected to its front
 };
 /// Flood fill, from the front side, of the voxels that the surface does not touch.
-Opening find_opening(const Surface& surface, const Window& window);
+Opening find_opening(const Surface& surface, const Window& window, const Middle& middle);
 
 /// Height of the front-most point of the surface over every column [m]; lowest() where there is none.
 std::vector<double> front_heights(const Surface& surface, const Columns& columns);

@@ -217,6 +217,16 @@ inline Singles max(Singles a, Singles b) {
 #endif
 }
 
+inline Doubles max(Doubles a, Doubles b) {
+#if defined(__AVX512F__)
+  a.part[0] = (DoubleRegister)_mm512_max_pd((__m512d)a.part[0], (__m512d)b.part[0]);
+  return a;
+#else
+  each_part([&](int p) { b.part[p] = b.part[p] < a.part[p] ? a.part[p] : b.part[p]; });
+  return b;
+#endif
+}
+
 inline float sqrt(float a) { return __builtin_sqrtf(a); }
 inline Singles sqrt(Singles a) {
 #if defined(__AVX512F__)
@@ -382,17 +392,19 @@ template <class L, class T>
 #endif
 }
 
-/// Stores those of sixteen numbers whose bit is set; may write up to sixteen.
+/// Stores those of sixteen numbers whose bit is set, and nothing else.
 [[gnu::always_inline]] inline void store_some(std::uint32_t* to, unsigned bits, const std::uint32_t* from) {
 #if defined(__AVX512F__)
-  _mm512_storeu_si512(to, _mm512_maskz_compress_epi32(static_cast<__mmask16>(bits), _mm512_load_si512(from)));
+  const auto first = static_cast<__mmask16>((1u << __builtin_popcount(bits)) - 1);
+  _mm512_mask_storeu_epi32(to, first, _mm512_maskz_compress_epi32(static_cast<__mmask16>(bits), _mm512_load_si512(from)));
 #else
   for (; bits != 0; bits &= bits - 1) *to++ = from[__builtin_ctz(bits)];
 #endif
 }
 [[gnu::always_inline]] inline void store_some(float* to, unsigned bits, Singles from) {
 #if defined(__AVX512F__)
-  _mm512_storeu_ps(to, _mm512_maskz_compress_ps(static_cast<__mmask16>(bits), (__m512)from.part[0]));
+  const auto first = static_cast<__mmask16>((1u << __builtin_popcount(bits)) - 1);
+  _mm512_mask_storeu_ps(to, first, _mm512_maskz_compress_ps(static_cast<__mmask16>(bits), (__m512)from.part[0]));
 #else
   float a[16];
   from.store(a);

@@ -13,10 +13,6 @@ namespace sph {
 
 using core::Vec3;
 
-/// Part of the reach that lists hold beyond it.
-constexpr double skin = 0.2;
-static_assert(1 + skin <= foreign_reaches, "whatever a list holds must be an actor when it is made");
-
 static Vec3 reflect(const Mirror& m, const Vec3& a) { return a - 2 * m.normal.dot(a) * m.normal; }
 
 static Vec3 mirrored(const Mirror& m, const Vec3& x) { return m.point + reflect(m, Vec3(x - m.point)); }
@@ -75,6 +71,14 @@ bool still_valid(const Neighbourhood& hood, const std::vector<Vec3>& particle_x,
     for (auto k = hood.bin_start[b]; k < hood.bin_start[b + 1]; ++k)
       if (bounds[b].apart(bounds[hood.bin_touching[k]]) > limit) return false;
   return true;
+}
+
+void choose_skin(Neighbourhood& hood) {
+  constexpr double least = 0.2, most = 0.8, factor = 1.4;
+  constexpr int few = 16, many = 64;  // steps: making lists costs a few times what they serve for
+  if (!hood.valid) return;
+  if (hood.served < few) hood.skin = std::min(most, factor * hood.skin);
+  if (hood.served > many) hood.skin = std::max(least, hood.skin / factor);
 }
 
 /// Cubes of the given edge that hold actors, and which of them touch.
@@ -156,12 +160,13 @@ void build(Neighbourhood& hood, const std::vector<Vec3>& watched_x, double outsi
     speed = std::max(speed, hood.actors.flow[i].v.norm());
   }
   const double reach = kernel_reach * h_max;
-  hood.slack = 0.5 * skin * kernel_reach * h_min;
+  hood.slack = 0.5 * hood.skin * kernel_reach * h_min;
   // Beyond touching bins lies nothing nearer than a bin's edge, less what may still be inside a kernel's reach.
-  hood.far_path = (watched_reaches - 1 - skin) * reach;
+  hood.far_path = (watched_reaches - 1 - hood.skin) * reach;
   hood.far_speed = 2 * 1.25 * speed;  // two that meet head on, both sped up a little meanwhile
   hood.age = 0;
-  for (std::uint32_t k = 0; k < hood.mirrors.size(); ++k) add_images(hood, k, (1 + 2 * skin) * reach);
+  hood.served = 0;
+  for (std::uint32_t k = 0; k < hood.mirrors.size(); ++k) add_images(hood, k, (1 + 2 * hood.skin) * reach);
   hood.actors.resize(hood.actors.size());
   reflect_images(hood);
   hood.watched_built = watched_x;
@@ -177,14 +182,26 @@ void build(Neighbourhood& hood, const std::vector<Vec3>& watched_x, double outsi
   tree.build(hood.x_built);
   tree.neighbours(radius, true, hood.pairs);
   drop_idle_pairs(hood);
-  hood.near.resize(first_group(hood.pairs.start[n_real], n_real));
-  hood.weight.resize(hood.near.size());
-  hood.push.resize(hood.near.size());
-  hood.pull.resize(hood.near.size());
+  hood.near_start.assign(n_real + 1, 0);
   hood.n_near.resize(n_real);
   hood.mixed.resize(n_real);
   hood.valid = true;
   ++hood.builds;
+}
+
+bool has_room(const Neighbourhood& hood) {
+  for (std::size_t i = 0; i < hood.n_near.size(); ++i)
+    if (hood.n_near[i] > group * (hood.near_start[i + 1] - hood.near_start[i])) return false;
+  return true;
+}
+
+void make_room(Neighbourhood& hood) {
+  for (std::size_t i = 0; i < hood.n_near.size(); ++i) {
+    const std::size_t most = hood.n_near[i] + hood.n_near[i] / 8 + group / 2;
+    hood.near_start[i + 1] = hood.near_start[i] + (most + group - 1) / group;
+  }
+  const std::size_t n = hood.near_start.back();
+  hood.near.resize(n), hood.weight.resize(n), hood.push.resize(n), hood.pull.resize(n);
 }
 
 void reflect_images(Neighbourhood& hood) {

@@ -109,6 +109,7 @@ struct Neighbourhood {
   std::vector<Image> images;
   core::Neighbours pairs;            ///< rows of particles and foreigners
   // Pairs in reach at this step, in rows of whole groups (pair_kernel.hpp). The row itself fills up its last group.
+  std::vector<std::uint64_t> near_start;     ///< [row + 1] groups that each has room for; most of `pairs` is out of reach
   std::vector<Sixteen<std::uint32_t>> near;  ///< who
   std::vector<Sixteen<float>> weight;   ///< V_i V_j (dW/dr)/r [unit^3]
   std::vector<Sixteen<float>> push;     ///< m_i m_j Pi (dW/dr)/r of the viscosity: times d it is a force [unit^3]
@@ -120,6 +121,8 @@ struct Neighbourhood {
   std::vector<core::Vec3> watched_built;  ///< of what is no actor but near enough to become one
   std::vector<std::uint32_t> bin;    ///< [actors, then watched]
   std::vector<std::uint32_t> bin_start, bin_touching;  ///< rows of bins that touch, each bin its own first
+  double skin = 0.2;                 ///< part of the reach that lists hold beyond it; choose_skin
+  int served = 0;                    ///< steps for which the lists have served
   double slack = 0;                  ///< how far two actors of touching bins may move against each other [m]
   double far_path = 0;               ///< how far anything may move against what lies beyond touching bins [m]
   double far_speed = 0;              ///< bound on the speed at which it does [m/s]
@@ -142,13 +145,22 @@ struct Neighbourhood {
 bool still_valid(const Neighbourhood& hood, const std::vector<core::Vec3>& particle_x,
                  const std::vector<core::Vec3>& foreign_x, const std::vector<core::Vec3>& watched_x);
 
-/// What lies within foreign_reaches of a particle must be an actor when the lists are made, what lies within
-/// watched_reaches must be watched.
-constexpr double foreign_reaches = 1.2, watched_reaches = 3.0;
+/// Before lists are made anew because something moved: a thicker skin where the last ones served for few steps, a thinner one
+/// where they served for many. Sums do not depend on it.
+void choose_skin(Neighbourhood& hood);
+
+/// What lies within 1 + skin reaches of a particle must be an actor when the lists are made, what lies within watched_reaches
+/// must be watched.
+constexpr double watched_reaches = 3.0;
 
 /// Makes images and lists. Actors [0, n_particles + n_foreign) hold current x, h and v. outside_speed: of the fastest
 /// thing that is no actor yet but could become a neighbour [m/s].
 void build(Neighbourhood& hood, const std::vector<core::Vec3>& watched_x, double outside_speed);
+
+/// Is there room for all pairs that are in reach? n_near says how many those are.
+bool has_room(const Neighbourhood& hood);
+/// Makes room for them and for a few more.
+void make_room(Neighbourhood& hood);
 
 /// Images follow their sources: everything actors hold but motion, reflected.
 void reflect_images(Neighbourhood& hood);

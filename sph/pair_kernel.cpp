@@ -71,7 +71,7 @@ struct NearGroup {
   float* push;
   float* pull;
   NearGroup(const PairView& v, std::size_t i) {
-    const std::size_t k = first_group(v.start[i], i);
+    const std::uint64_t k = v.near_start[i];
     id = v.near[k].at, weight = v.weight[k].at, push = v.push[k].at, pull = v.pull[k].at;
   }
   void advance() { id += group, weight += group, push += group, pull += group; }
@@ -261,6 +261,21 @@ struct Contact {
 };
 static_assert(kind_of_body(wall_body) + (firm_bit | tension_bit) < 0, "no kind but the walls' is negative");
 
+/// A foreigner's group: who of it is kin (1) and who a stranger (0), weights of both, and where.
+struct ForeignGroup {
+  Meeting pair;
+  Singles kin, weight, contact;
+  Ints kinds;
+  [[gnu::always_inline]] ForeignGroup(const PairView& v, const Own& own, const NearGroup& near) {
+    pair.place(v, own, near.id);
+    kinds = load_at<Ints>(v.kind, near.id);
+    const Yes same = own.same(kinds);
+    const Singles all = Singles::load(near.weight), none(0.0f);
+    kin = select(same, Singles(1.0f), none);
+    weight = select(same, all, none), contact = select(same, none, all);
+  }
+};
+
 /// The force between a foreigner's row and eight of its neighbours, its parts one by one.
 struct PairForce {
   Doubles own[3];       ///< part of the force on i that i's own stress makes: its work is i's
@@ -268,66 +283,68 @@ struct PairForce {
   Doubles viscous[3];   ///< shared half and half
 };
 
-/// Pairs k to k + 7 of a foreigner's group: the same bits as in the particles' rows.
-[[gnu::always_inline]] inline void pair_force(const PairView& v, std::size_t i, const NearGroup& near, int k, const Doubles* d, PairForce& f) {
-  alignas(64) double own[3][8], other[3][8], push[8], at[3][8];
-  for (int e = 0; e < 3; ++e) d[e].store(at[e]);
-  const double scale = v.unit * v.unit * v.unit;
-  for (int l = 0; l < 8; ++l) {
-    const std::uint32_t j = near.id[k + l];
-    const double w = double(near.weight[k + l]), g[3] = {w * at[0][l], w * at[1][l], w * at[2][l]};
-    double a[3], b[3];
-    if (((v.kind[i] ^ v.kind[j]) & ~(firm_bit | tension_bit)) == 0) {
-      apply_stress(v.stress[i], g, a);
-      StressSum sum;
-      sum.add(v.stress[j], g[0], g[1], g[2]);
-      if (v.kind[j] & tension_bit) {
-        const float x = float(at[0][l]), y = float(at[1][l]), z = float(at[2][l]);
-        const float r2 = x * x + y * y + z * z, reach = v.place[i].h + v.place[j].h;
-        const bool close = 4.0f * r2 < crowded * crowded * (reach * reach);
-        const double pulled = close ? double(near.weight[k + l] * artificial_weight(separation(r2, reach))) : 0;
-        sum.add(v.artificial[j], pulled * at[0][l], pulled * at[1][l], pulled * at[2][l]);
-      }
-      sum.total(b);
-    } else {
-      for (int e = 0; e < 3; ++e) a[e] = -(double(v.p_contact[i]) * g[e]), b[e] = -(double(v.p_contact[j]) * g[e]);
+/// What j's stress makes of the force on foreigner i, over unit^3.
+[[gnu::always_inline]] inline Four force_of_other(const PairView& v, std::size_t i, const NearGroup& near, std::size_t l) {
+  const std::uint32_t j = near.id[l];
+  const Four d = load_four(v.place[i].x.data()) - load_four(v.place[j].x.data()), g = all(double(near.weight[l])) * d;
+  if (((v.kind[i] ^ v.kind[j]) & ~(firm_bit | tension_bit)) != 0) return all(-double(v.p_contact[j])) * g;
+  StressSum sum;
+  sum.add(v.stress[j], g[0], g[1], g[2]);
+  if (v.kind[j] & tension_bit) {
+    const float x = float(d[0]), y = float(d[1]), z = float(d[2]);
+    const float r2 = x * x + y * y + z * z, reach = v.place[i].h + v.place[j].h;
+    if (4.0f * r2 < crowded * crowded * (reach * reach)) {
+      const double w = double(near.weight[l] * artificial_weight(separation(r2, reach)));
+      sum.add(v.artificial[j], w * d[0], w * d[1], w * d[2]);
     }
-    push[l] = scale * double(near.push[k + l]);
-    for (int e = 0; e < 3; ++e) own[e][l] = scale * a[e], other[e][l] = scale * b[e];
   }
+  return (sum.part[0] + sum.part[1]) + sum.part[2];
+}
+
+/// Half of a foreigner's group: the same bits as in the particles' rows.
+template <int half>
+[[gnu::always_inline]] inline void pair_force(const PairView& v, std::size_t i, const NearGroup& near, const ForeignGroup& at, PairForce& f) {
+  const Doubles scale(v.unit * v.unit * v.unit), p(double(v.p_contact[i]));
+  const Doubles* const d = at.pair.d.exact[half];
+  const Doubles weight = widen<half>(at.weight), contact = widen<half>(at.contact), push = widen<half>(Singles::load(near.push));
+  const Doubles g[3] = {weight * d[0], weight * d[1], weight * d[2]};
+  alignas(64) Four rows[8];
+  for (std::size_t l = 0; l < 8; ++l) rows[l] = force_of_other(v, i, near, 8 * half + l);
+  constexpr std::uint32_t in_order[8] = {0, 1, 2, 3, 4, 5, 6, 7};
+  Doubles other[4];
+  load_columns(rows, in_order, other);
+  const auto& s = v.stress[i].column;
   for (int e = 0; e < 3; ++e) {
-    f.own[e] = Doubles::load(own[e]), f.other[e] = Doubles::load(other[e]);
-    f.viscous[e] = Doubles(0.0) - Doubles::load(push) * d[e];
+    const Doubles stressed = (Doubles(double(s[0][e])) * g[0] + Doubles(double(s[1][e])) * g[1]) + Doubles(double(s[2][e])) * g[2];
+    f.own[e] = scale * (stressed - p * (contact * d[e]));
+    f.other[e] = scale * other[e];
+    f.viscous[e] = Doubles(0.0) - scale * (push * d[e]);
   }
 }
 
 /// Weights of a foreigner's anchors in its pairs with eight particles, into scratch, anchor_scratch doubles an anchor: they
 /// add up to one and fall to nothing within one spacing of anchors from the middle of the pair. A lattice under uniform
 /// stress is then held still within 2e-3 of the stress at any seam. What strangers push acts at the centre.
-inline void weigh_anchors(const PairView& v, const AnchorView& anchors, std::size_t i, const std::uint32_t* id, const Doubles* d, double* scratch) {
+template <int half>
+inline void weigh_anchors(const PairView& v, const AnchorView& anchors, std::size_t i, const ForeignGroup& at, double* scratch) {
   constexpr double radius_over_h = 0.9 / h_over_spacing, floor = 1e-9;
   const std::size_t row = i - anchors.n_particles, centre = anchors.start[row + 1] - anchors.start[row] - 1;
-  const core::Vec3* const x = anchors.x + anchors.start[row];
   if (centre == 0) return Doubles(1.0).store(scratch);
-  alignas(64) double off[3][8], sum[8] = {}, scale[8];
-  for (int e = 0; e < 3; ++e) (Doubles(v.place[i].x[e]) - Doubles(0.5) * d[e]).store(off[e]);  // middle
-  for (int l = 0; l < 8; ++l) {
-    const double radius = 0.5 * anchors.spacing * radius_over_h * (double(v.place[i].h) + double(v.place[id[l]].h));
-    scale[l] = 1.0 / (radius * radius);
+  const core::Vec3* const x = anchors.x + anchors.start[row];
+  const Doubles radius = Doubles(0.5 * anchors.spacing * radius_over_h) * widen<half>(at.pair.reach), per_area = Doubles(1.0) / (radius * radius);
+  const Doubles* const d = at.pair.d.exact[half];
+  Doubles middle[3], sum(0.0);
+  for (int e = 0; e < 3; ++e) middle[e] = Doubles(v.place[i].x[e]) - Doubles(0.5) * d[e];
+  for (std::size_t n = 0; n < centre; ++n) {
+    Doubles off[3];
+    for (int e = 0; e < 3; ++e) off[e] = Doubles(x[n][e]) - middle[e];
+    const Doubles u = max(Doubles(1.0) - dot(off, off) * per_area, Doubles(0.0)), weight = u * u + Doubles(floor);
+    weight.store(scratch + anchor_scratch * n);
+    sum += weight;
   }
-  for (std::size_t n = 0; n < centre; ++n)
-    for (int l = 0; l < 8; ++l) {
-      const double a = x[n][0] - off[0][l], b = x[n][1] - off[1][l], c = x[n][2] - off[2][l];
-      const double u = core::max(1.0 - (a * a + b * b + c * c) * scale[l], 0.0), weight = u * u + floor;
-      scratch[anchor_scratch * n + static_cast<std::size_t>(l)] = weight;
-      sum[l] += weight;
-    }
-  for (int l = 0; l < 8; ++l) {
-    const bool kin = ((v.kind[i] ^ v.kind[id[l]]) & ~(firm_bit | tension_bit)) == 0;
-    const double inverse = kin ? 1.0 / sum[l] : 0.0;
-    for (std::size_t n = 0; n < centre; ++n) scratch[anchor_scratch * n + static_cast<std::size_t>(l)] *= inverse;
-    scratch[anchor_scratch * centre + static_cast<std::size_t>(l)] = kin ? 0.0 : 1.0;
-  }
+  const Doubles kin = widen<half>(at.kin), share = kin / sum;
+  for (std::size_t n = 0; n < centre; ++n) (Doubles::load(scratch + anchor_scratch * n) * share).store(scratch + anchor_scratch * n);
+  (Doubles(1.0) - kin).store(scratch + anchor_scratch * centre);
 }
 
 /// Asks for the stresses of neighbours while their viscosity is worked out.
@@ -360,6 +377,7 @@ void find_near(const PairView& v, std::size_t first, std::size_t last, Moment* m
     const Place& own = v.place[i];
     const std::uint64_t end = v.start[i + 1];
     const NearGroup row(v, i);
+    const std::uint64_t room = group * (v.near_start[i + 1] - v.near_start[i]);
     std::uint32_t n = 0;
     for (std::uint64_t k = v.start[i]; k < end; k += group) {
       alignas(64) std::uint32_t id[group];
@@ -374,11 +392,17 @@ void find_near(const PairView& v, std::size_t first, std::size_t last, Moment* m
       unsigned bits = (r2 < reach * reach).bits();
       if (end - k < group) bits &= (1u << (end - k)) - 1;
       const Singles weight = pair_weight(Singles(own.volume) * volume, r2, reach, static_cast<float>(v.unit));
-      store_some(row.id + n, bits, id);
-      store_some(row.weight + n, bits, weight);
+      const std::uint32_t before = n;
       n += static_cast<std::uint32_t>(__builtin_popcount(bits));
+      if (n > room) continue;
+      store_some(row.id + before, bits, id);
+      store_some(row.weight + before, bits, weight);
     }
     v.n_near[i] = n;
+    if (n > room) {
+      if (moment) moment[i - first] = {};
+      continue;
+    }
     for (; n % group != 0; ++n) row.id[n] = static_cast<std::uint32_t>(i), row.weight[n] = 0;
     if (moment) moment[i - first] = moment_of(v, i);
   }
@@ -584,16 +608,13 @@ void foreign_forces(const PairView& v, const ParticleSettings& s, const AnchorVi
     const Own own(v, i);
     NearGroup near(v, i);
     for (std::size_t left = n_groups(v, i); left > 0; --left, near.advance()) {
-      const Ints kinds = load_at<Ints>(v.kind, near.id);
-      Meeting pair;
-      pair.place(v, own, near.id);
-      pair.flow(v, own, near.id);
-      find_push(v, s, own, pair, near, kinds, own.same(kinds));
-      const Vectors& d = pair.d;
-      for (int half = 0; half < 2; ++half) {
+      ForeignGroup at(v, own, near);
+      at.pair.flow(v, own, near.id);
+      find_push(v, s, own, at.pair, near, at.kinds, own.same(at.kinds));
+      each_half([&](auto half) {
         PairForce f;
-        pair_force(v, i, near, 8 * half, d.exact[half], f);
-        weigh_anchors(v, anchors, i, near.id + 8 * half, d.exact[half], anchors.scratch);
+        pair_force<half>(v, i, near, at, f);
+        weigh_anchors<half>(v, anchors, i, at, anchors.scratch);
         for (std::size_t n = 0; n < n_anchors; ++n) {
           double* const lanes = anchors.scratch + anchor_scratch * n;
           const Doubles weight = Doubles::load(lanes);
@@ -602,7 +623,7 @@ void foreign_forces(const PairView& v, const ParticleSettings& s, const AnchorVi
             (Doubles::load(sum) + weight * ((f.own[e] + f.other[e]) + f.viscous[e])).store(sum);
           }
         }
-      }
+      });
     }
     for (std::size_t n = 0; n < n_anchors; ++n)
       for (int e = 0; e < 3; ++e) force[n][e] = total(Doubles::load(anchors.scratch + anchor_scratch * n + 8 * static_cast<std::size_t>(e + 1)));
@@ -614,30 +635,31 @@ void foreign_work(const PairView& v, const AnchorView& anchors, std::size_t firs
     power[i - first] = 0;
     if (v.n_near[i] == 0) continue;
     const std::size_t k = i - anchors.n_particles, n_anchors = anchors.start[k + 1] - anchors.start[k];
-    const core::Vec3& x = v.place[i].x;
+    const Own own(v, i);
     Doubles sum(0.0);
     NearGroup near(v, i);
-    for (std::size_t left = n_groups(v, i); left > 0; --left, near.advance())
-      for (int half = 0; half < 2; ++half) {
-        const std::uint32_t* const id = near.id + 8 * half;
-        Doubles theirs[4], d[3];
-        load_columns(v.place, id, theirs);
-        for (int e = 0; e < 3; ++e) d[e] = Doubles(x[e]) - theirs[e];
+    for (std::size_t left = n_groups(v, i); left > 0; --left, near.advance()) {
+      const ForeignGroup at(v, own, near);
+      each_half([&](auto half) {
         PairForce f;
-        pair_force(v, i, near, 8 * half, d, f);
-        weigh_anchors(v, anchors, i, id, d, anchors.scratch);
+        pair_force<half>(v, i, near, at, f);
+        weigh_anchors<half>(v, anchors, i, at, anchors.scratch);
+        static_assert(sizeof(Motion) == 64 && offsetof(Motion, sum) == 0);
+        std::uint32_t sums[8];
+        for (int l = 0; l < 8; ++l) sums[l] = 2 * near.id[8 * half + l];
+        Doubles twice_mean[4];
+        load_columns(v.motion, sums, twice_mean);
         // what the particle does not book of the pair's work: its force acts on the anchors, not at the centre
         for (int e = 0; e < 3; ++e) {
           Doubles at_anchors(0.0);
           for (std::size_t n = 0; n < n_anchors; ++n)
             at_anchors += Doubles::load(anchors.scratch + anchor_scratch * n) * Doubles(anchors.v_mean[anchors.start[k] + n][e]);
-          alignas(64) double twice[8];
-          for (int l = 0; l < 8; ++l) twice[l] = v.motion[id[l]].sum[e];
-          const Doubles mean = Doubles(0.5) * Doubles::load(twice);
+          const Doubles mean = Doubles(0.5) * twice_mean[e];
           const Doubles all = (f.own[e] + f.other[e]) + f.viscous[e], booked = f.other[e] + Doubles(0.5) * f.viscous[e];
           sum += all * (at_anchors - mean) - booked * (Doubles(0.5 * v.motion[i].sum[e]) - mean);
         }
-      }
+      });
+    }
     power[i - first] = total(sum);
   }
 }

@@ -19,9 +19,6 @@ struct ParticleSettings;
 
 constexpr std::size_t group = 16;  ///< neighbours that go through together
 
-/// Where the groups of row i begin, if its candidates begin at `start`: rows share no group.
-constexpr std::size_t first_group(std::uint64_t start, std::size_t i) { return start / group + i; }
-
 /// Plain arrays of a Neighbourhood.
 struct PairView {
   const Place* place;
@@ -34,6 +31,7 @@ struct PairView {
   const float* p_contact;
   const std::uint64_t* start;  ///< rows of `list`
   const std::uint32_t* list;
+  const std::uint64_t* near_start;
   Sixteen<std::uint32_t>* near;
   Sixteen<float>* weight;
   Sixteen<float>* push;
@@ -78,6 +76,7 @@ struct RowWork {
 
 #define EJECTA_DECLARE(isa)                                                                                         \
   namespace isa {                                                                                                   \
+  /** Counts who is near and, in rows that have room for them, keeps them and finds the moment. */                  \
   void find_near(const PairView&, std::size_t first, std::size_t last, Moment* moment);                             \
   void pair_forces(const PairView&, const ParticleSettings&, std::size_t first, std::size_t last, RowForce* force); \
   void pair_work(const PairView&, std::size_t first, std::size_t last, RowWork* work);                              \

@@ -132,11 +132,12 @@ void correct_rows(const core::Points& pt, double epsilon, std::size_t first, std
           to[r + 3 * c] = b[at[r][c]][lane];
           actors.stress[i + l].column[c][r] = static_cast<float>(stress[r + 3 * c][lane]);
         }
-      actors.kind[i + l] |= firm[lane] ? firm_bit : 0;
+      Kind& kind = actors.kind[i + l];
+      kind = (kind & ~(firm_bit | tension_bit)) | (firm[lane] ? firm_bit : 0);
       if (!may_pull || !(bound[lane] > 0) || !(push[0][lane] + push[1][lane] + push[2][lane] < 0)) continue;
       for (int r = 0; r < 3; ++r)
         for (int c = 0; c < 3; ++c) actors.artificial[i + l].column[c][r] = static_cast<float>(push[at[r][c]][lane]);
-      actors.kind[i + l] |= tension_bit;
+      kind |= tension_bit;
     }
   }
 }

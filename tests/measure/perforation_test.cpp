@@ -68,6 +68,24 @@ TEST(Perforation, CrookedChannelIsAHole) {
   EXPECT_GT(get(r, "wall.hole_diameter"), mm);
 }
 
+TEST(Perforation, CrookedChannelInABentWallIsMeasuredInTheWall) {
+  Block b = plate(width, thickness, 80, 4);
+  b.keep = [](const Vec3& x) {
+    const bool front = x.z() > -0.5 * mm && x.x() > 0 && x.x() < 2 * mm && std::abs(x.y()) < mm;
+    const bool back = x.z() < 0.5 * mm && x.x() < 0 && x.x() > -2 * mm && std::abs(x.y()) < mm;
+    return !front && !back;
+  };
+  const double flat = get(measured(b), "wall.hole_diameter");
+  b.map = [](const Vec3& x) {  // as far as three thicknesses, wide beside the channel
+    return Vec3(x - Vec3(0, 0, 6 * mm * std::exp(-x.head<2>().squaredNorm() / (64 * mm * mm))));
+  };
+  const measure::Result r = measured(b);
+  EXPECT_EQ(get(r, "wall.perforated"), 1);
+  // mean distance from the middle of a 4 mm x 2 mm rectangle to its edge, twice: (4/pi) (a asinh(b/a) + b asinh(a/b)), a = 2, b = 1 mm
+  EXPECT_NEAR(flat, 4 / core::pi * (2 * std::asinh(0.5) + std::asinh(2.0)) * mm, 0.1 * mm);
+  EXPECT_NEAR(get(r, "wall.hole_diameter"), flat, 0.15 * mm);
+}
+
 TEST(Perforation, ThinBulgeIsClosed) {
   Block b = plate(width, thickness, 40, 4);
   b.map = [](const Vec3& x) {  // a deep dome, stretched to a third of its thickness at the top
