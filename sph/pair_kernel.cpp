@@ -64,19 +64,21 @@ struct VectorSum {
   return (volumes * (Singles(static_cast<float>(kernel_slope_factor)) * (u * u * u))) * ((l * l * l) * (inverse * inverse));
 }
 
-/// Sixteen pairs of a row.
+/// Sixteen pairs of a row, and how many are left from here on.
 struct NearGroup {
   std::uint32_t* id;
   float* weight;
   float* push;
   float* pull;
-  NearGroup(const PairView& v, std::size_t i) {
+  std::size_t left;
+  NearGroup(const PairView& v, std::size_t i) : left(v.n_near[i]) {
     const std::uint64_t k = v.near_start[i];
     id = v.near[k].at, weight = v.weight[k].at, push = v.push[k].at, pull = v.pull[k].at;
   }
-  void advance() { id += group, weight += group, push += group, pull += group; }
+  /// Those that are not the row itself.
+  std::size_t count() const { return left < group ? left : group; }
+  void advance() { id += group, weight += group, push += group, pull += group, left -= count(); }
 };
-inline std::size_t n_groups(const PairView& v, std::size_t i) { return (v.n_near[i] + group - 1) / group; }
 
 // --------------------------------------------------------------------------------------------------------- physics
 
@@ -356,11 +358,10 @@ inline void weigh_anchors(const PairView& v, const AnchorView& anchors, std::siz
 inline Moment moment_of(const PairView& v, std::size_t i) {
   const Four own = load_four(v.place[i].x.data());
   Four pure{}, mixed{};
-  NearGroup near(v, i);
-  for (std::size_t left = n_groups(v, i); left > 0; --left, near.advance()) {
+  for (NearGroup near(v, i); near.left > 0; near.advance()) {
     alignas(64) double weight[group];
     each_half([&](auto half) { widen<half>(Singles::load(near.weight)).store(weight + 8 * half); });
-    for (std::size_t l = 0; l < group; ++l) {
+    for (std::size_t l = 0, n = near.count(); l < n; ++l) {
       const Four d = own - load_four(v.place[near.id[l]].x.data()), weighted = all(weight[l]) * d;
       pure += weighted * d;
       mixed += weighted * __builtin_shufflevector(d, d, 1, 2, 0, 3);
@@ -427,22 +428,18 @@ void pair_forces(const PairView& v, const ParticleSettings& s, std::size_t first
     double weighted[3] = {};
     Contact contact;
     Singles fastest(0.0f);
-    NearGroup next(v, i);
-    for (std::size_t left = n_groups(v, i); left > 0;) {
-      const std::size_t n = left < at_once ? left : at_once;
-      left -= n;
-      crowd.n = 0;
+    for (NearGroup next(v, i); next.left > 0;) {
       const NearGroup first_near = next;
-      NearGroup near = next;
-      for (std::size_t k = 0; k < n; ++k, next.advance()) pairs[k].place(v, own, next.id);
-      next = near;
-      for (std::size_t k = 0; k < n; ++k, next.advance()) pairs[k].flow(v, own, next.id);
-      next = near;
+      const std::size_t n = next.left < group * at_once ? (next.left + group - 1) / group : at_once;
+      crowd.n = 0;
+      for (std::size_t k = 0; k < n; ++k) pairs[k].place(v, own, first_near.id + group * k);
+      for (std::size_t k = 0; k < n; ++k) pairs[k].flow(v, own, first_near.id + group * k);
       for (std::size_t k = 0; k < n; ++k, next.advance()) {
         fetch_stress(v, next.id);
         kinds_of[k] = load_at<Ints>(v.kind, next.id);
         find_push(v, s, own, pairs[k], next, kinds_of[k], own.same(kinds_of[k]));
       }
+      NearGroup near = first_near;
     for (std::size_t k = 0; k < n; ++k, near.advance()) {
       const Vectors& d = pairs[k].d;
       const Ints kinds = kinds_of[k];
@@ -464,7 +461,7 @@ void pair_forces(const PairView& v, const ParticleSettings& s, std::size_t first
           gradients.sum[e] += product;
         }
       });
-      for (std::size_t l = 0; l < group; ++l) stress.add(v.stress[near.id[l]], g[0][l], g[1][l], g[2][l]);
+      for (std::size_t l = 0, count = near.count(); l < count; ++l) stress.add(v.stress[near.id[l]], g[0][l], g[1][l], g[2][l]);
 
       const Yes close = same & (Singles(4.0f) * pairs[k].r2 < Singles(crowded * crowded) * (pairs[k].reach * pairs[k].reach));
       if (pulls)
@@ -551,11 +548,10 @@ template <bool mixed, bool pulls>
 [[gnu::always_inline]] inline WorkSums sum_work(const PairView& v, std::size_t i) {
   const Doubles motion = Doubles::load(v.motion[i].sum), place = twice(v.place[i].x.data());
   WorkSums sums;
-  NearGroup near(v, i);
-  for (std::size_t left = n_groups(v, i); left > 0; --left, near.advance()) {
+  for (NearGroup near(v, i); near.left > 0; near.advance()) {
     WorkWeights weights(near);
     if constexpr (mixed) weights.set_strangers(v, i, near);
-    for (std::size_t l = 0; l < group; ++l) {
+    for (std::size_t l = 0, n = near.count(); l < n; ++l) {
       const Doubles dv = Doubles::load(v.motion[near.id[l]].sum) - motion, d = place - twice(v.place[near.id[l]].x.data());
       Doubles w(weights.power[l]);
       if constexpr (mixed) w = two_halves(weights.power[l], weights.rate[l]);
@@ -606,8 +602,7 @@ void foreign_forces(const PairView& v, const ParticleSettings& s, const AnchorVi
     if (v.n_near[i] == 0) continue;
     for (std::size_t n = 0; n < anchor_scratch * n_anchors; ++n) anchors.scratch[n] = 0;  // of each anchor: weights, force x, y, z
     const Own own(v, i);
-    NearGroup near(v, i);
-    for (std::size_t left = n_groups(v, i); left > 0; --left, near.advance()) {
+    for (NearGroup near(v, i); near.left > 0; near.advance()) {
       ForeignGroup at(v, own, near);
       at.pair.flow(v, own, near.id);
       find_push(v, s, own, at.pair, near, at.kinds, own.same(at.kinds));
@@ -637,8 +632,7 @@ void foreign_work(const PairView& v, const AnchorView& anchors, std::size_t firs
     const std::size_t k = i - anchors.n_particles, n_anchors = anchors.start[k + 1] - anchors.start[k];
     const Own own(v, i);
     Doubles sum(0.0);
-    NearGroup near(v, i);
-    for (std::size_t left = n_groups(v, i); left > 0; --left, near.advance()) {
+    for (NearGroup near(v, i); near.left > 0; near.advance()) {
       const ForeignGroup at(v, own, near);
       each_half([&](auto half) {
         PairForce f;
