@@ -120,6 +120,17 @@ inline Doubles spread(Doubles a) {
 
 typedef double Four __attribute__((vector_size(32)));
 inline Four all(double a) { return Four{a, a, a, a}; }
+inline Four last_four(Doubles a) {
+  Four r;
+#if defined(__AVX512F__)
+  r = (Four)_mm512_extractf64x4_pd((__m512d)a.part[0], 1);
+#elif defined(__AVX2__)
+  r = (Four)a.part[1];
+#else
+  r = Four{a.part[2][0], a.part[2][1], a.part[3][0], a.part[3][1]};
+#endif
+  return r;
+}
 inline Four first_four(Doubles a) {
   Four r;
 #if defined(__AVX512F__)
@@ -281,17 +292,18 @@ inline Singles narrow(Doubles low, Doubles high) {
   return r;
 }
 
-/// The sum of eight lanes, in one order.
+/// The sum of eight lanes, in one order: halves, halves of those, and so on.
 inline double total(Doubles sum) {
-  double a[8];
-  sum.store(a);
-  return ((a[0] + a[4]) + (a[2] + a[6])) + ((a[1] + a[5]) + (a[3] + a[7]));
+  const Four four = first_four(sum) + last_four(sum);
+  return (four[0] + four[2]) + (four[1] + four[3]);
 }
+/// The greatest of the lanes and zero.
 inline float greatest(Singles m) {
-  float a[16], r = 0;
-  m.store(a);
-  for (float b : a) r = b > r ? b : r;
-  return r;
+  float a[16];
+  max(m, Singles(0.0f)).store(a);
+  for (int n = 8; n > 0; n /= 2)
+    for (int l = 0; l < n; ++l) a[l] = max(a[l], a[l + n]);
+  return a[0];
 }
 
 /// Rows of 32 bytes, each as four doubles, of eight indices: column by column.

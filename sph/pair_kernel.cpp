@@ -409,99 +409,125 @@ void find_near(const PairView& v, std::size_t first, std::size_t last, Moment* m
   }
 }
 
-// Stress on the sum of weight times d is what the row's own stress adds to the force: V_i sigma_i sum_j V_j grad W.
-void pair_forces(const PairView& v, const ParticleSettings& s, std::size_t first, std::size_t last, RowForce* force) {
-  const double scale = v.unit * v.unit * v.unit;
-  constexpr std::size_t at_once = 8;
-  Meeting pairs[at_once];
-  Ints kinds_of[at_once];
+namespace {
+
+constexpr std::size_t at_once = 8;  ///< groups that go through each of the loops of pair_forces() in turn
+
+/// A piece of a row on its way through those loops.
+struct Piece {
+  std::size_t n;  ///< groups
+  Meeting pair[at_once];
+  Ints kinds[at_once];
   Crowd<at_once> crowd;
+};
+
+/// Sums of a row's forces, over unit^3. Stress on the sum of weight times d is what the row's own stress adds to the force:
+/// V_i sigma_i sum_j V_j grad W.
+struct ForceSums {
+  StressSum stress;              ///< the neighbours', on weight times d
+  VectorSum gradients, viscous;  ///< of weight times d among kin, of push times d
+  double weighted[3] = {};       ///< of weight times Gray's factor times d, if the own artificial stress acts
+  Contact contact;
+  Singles fastest = 0.0f;
+};
+
+/// Viscosity of a piece that begins at `near`.
+[[gnu::always_inline]] inline void find_viscosity(const PairView& v, const ParticleSettings& s, const Own& own, NearGroup near, Piece& piece) {
+  for (std::size_t k = 0; k < piece.n; ++k) piece.pair[k].place(v, own, near.id + group * k);
+  for (std::size_t k = 0; k < piece.n; ++k) piece.pair[k].flow(v, own, near.id + group * k);
+  for (std::size_t k = 0; k < piece.n; ++k, near.advance()) {
+    fetch_stress(v, near.id);
+    piece.kinds[k] = load_at<Ints>(v.kind, near.id);
+    find_push(v, s, own, piece.pair[k], near, piece.kinds[k], own.same(piece.kinds[k]));
+  }
+}
+
+/// Group k of a piece, all but artificial stress: that of crowded pairs is left in piece.crowd.
+[[gnu::always_inline]] inline void add_group(const PairView& v, const Own& own, const NearGroup& near, Piece& piece, std::size_t k, ForceSums& sums) {
+  const Meeting& pair = piece.pair[k];
+  const Vectors& d = pair.d;
+  const Ints kinds = piece.kinds[k];
+  const Yes same = own.same(kinds);
+  const Singles weight = Singles::load(near.weight), push = Singles::load(near.push);
+  sums.fastest = max(sums.fastest, pair.mu);
+  Singles kin = weight;
+  if (any(!same)) {
+    kin = select(same, weight, Singles(0.0f));
+    sums.contact.add(v, near.id, kinds, same, weight, push, d);
+  }
+  alignas(64) double g[3][group];
+  each_half([&](auto half) {
+    sums.viscous.add(widen<half>(push), d.exact[half]);
+    const Doubles w = widen<half>(kin);
+    for (int e = 0; e < 3; ++e) {
+      const Doubles product = w * d.exact[half][e];
+      product.store(g[e] + 8 * half);
+      sums.gradients.sum[e] += product;
+    }
+  });
+  const std::size_t count = near.count();
+  for (std::size_t l = 0; l < count; ++l) sums.stress.add(v.stress[near.id[l]], g[0][l], g[1][l], g[2][l]);
+
+  Yes pulled = same & (Singles(4.0f) * pair.r2 < Singles(crowded * crowded) * (pair.reach * pair.reach));
+  if (own.kind & tension_bit)
+    Singles(0.0f).store(near.pull);
+  else
+    pulled = pulled & has(kinds, tension_bit);
+  piece.crowd.add(pulled.bits() & ((1u << count) - 1), k, pair, weight);
+}
+
+/// Artificial stress of the crowded pairs of a piece that begins at `near`.
+[[gnu::always_inline]] inline void add_crowd(const PairView& v, const Own& own, const NearGroup& near, Piece& piece, ForceSums& sums) {
+  piece.crowd.weigh();
+  for (std::size_t c = 0; c < piece.crowd.n; ++c) {
+    const std::uint32_t at = piece.crowd.place[c], j = near.id[at];
+    const double w = double(piece.crowd.weight[c]);
+    double g[3];
+    for (int e = 0; e < 3; ++e) g[e] = w * (own.place.x[e] - v.place[j].x[e]);
+    if (v.kind[j] & tension_bit) sums.stress.add(v.artificial[j], g[0], g[1], g[2]);
+    if (!(own.kind & tension_bit)) continue;
+    near.pull[at] = piece.crowd.weight[c];
+    for (int e = 0; e < 3; ++e) sums.weighted[e] += g[e];
+  }
+}
+
+void finish(const PairView& v, std::size_t i, const ForceSums& sums, RowForce& to) {
+  const double scale = v.unit * v.unit * v.unit, p = double(v.p_contact[i]);
+  double sum[3], others[3], own[3], pulled[3] = {}, viscosity[3], contact[3] = {};
+  sums.gradients.total(sum);
+  sums.stress.total(others);
+  sums.viscous.total(viscosity);
+  apply_stress(v.stress[i], sum, own);
+  if (v.kind[i] & tension_bit) apply_stress(v.artificial[i], sums.weighted, pulled);
+  if (sums.contact.met) Contact::force(sums.contact.weighted, sums.contact.pressed, p, contact);
+  for (int e = 0; e < 3; ++e) to.all[e] = scale * (((own[e] + pulled[e]) + others[e]) - (viscosity[e] + contact[e]));
+  to.approach = double(greatest(sums.fastest));
+  if (!sums.contact.wall_met) return;
+  Contact::force(sums.contact.weighted_wall, sums.contact.pressed_wall, p, contact);
+  sums.contact.viscous_wall.total(viscosity);
+  for (int e = 0; e < 3; ++e) to.wall[e] = -scale * (contact[e] + viscosity[e]);
+}
+
+}  // namespace
+
+void pair_forces(const PairView& v, const ParticleSettings& s, std::size_t first, std::size_t last, RowForce* force) {
+  Piece piece;
   for (std::size_t i = first; i < last; ++i) {
-    RowForce& to = force[i - first];
-    to = {};
+    force[i - first] = {};
     v.mixed[i] = 0;
     if (v.n_near[i] == 0) continue;
     const Own own(v, i);
-    const bool pulls = (own.kind & tension_bit) != 0;
-    StressSum stress;
-    VectorSum gradients, viscous;
-    double weighted[3] = {};
-    Contact contact;
-    Singles fastest(0.0f);
-    for (NearGroup next(v, i); next.left > 0;) {
-      const NearGroup first_near = next;
-      const std::size_t n = next.left < group * at_once ? (next.left + group - 1) / group : at_once;
-      crowd.n = 0;
-      for (std::size_t k = 0; k < n; ++k) pairs[k].place(v, own, first_near.id + group * k);
-      for (std::size_t k = 0; k < n; ++k) pairs[k].flow(v, own, first_near.id + group * k);
-      for (std::size_t k = 0; k < n; ++k, next.advance()) {
-        fetch_stress(v, next.id);
-        kinds_of[k] = load_at<Ints>(v.kind, next.id);
-        find_push(v, s, own, pairs[k], next, kinds_of[k], own.same(kinds_of[k]));
-      }
-      NearGroup near = first_near;
-    for (std::size_t k = 0; k < n; ++k, near.advance()) {
-      const Vectors& d = pairs[k].d;
-      const Ints kinds = kinds_of[k];
-      const Yes same = own.same(kinds);
-      const Singles weight = Singles::load(near.weight), push = Singles::load(near.push);
-      fastest = max(fastest, pairs[k].mu);
-      Singles kin = weight;
-      if (any(!same)) {
-        kin = select(same, weight, Singles(0.0f));
-        contact.add(v, near.id, kinds, same, weight, push, d);
-      }
-      alignas(64) double g[3][group];
-      each_half([&](auto half) {
-        viscous.add(widen<half>(push), d.exact[half]);
-        const Doubles w = widen<half>(kin);
-        for (int e = 0; e < 3; ++e) {
-          const Doubles product = w * d.exact[half][e];
-          product.store(g[e] + 8 * half);
-          gradients.sum[e] += product;
-        }
-      });
-      for (std::size_t l = 0, count = near.count(); l < count; ++l) stress.add(v.stress[near.id[l]], g[0][l], g[1][l], g[2][l]);
-
-      const Yes close = same & (Singles(4.0f) * pairs[k].r2 < Singles(crowded * crowded) * (pairs[k].reach * pairs[k].reach));
-      if (pulls)
-        Singles(0.0f).store(near.pull), crowd.add(close.bits(), k, pairs[k], weight);
-      else
-        crowd.add((close & has(kinds, tension_bit)).bits(), k, pairs[k], weight);
+    ForceSums sums;
+    for (NearGroup near(v, i); near.left > 0;) {
+      const NearGroup begin = near;
+      piece.n = near.left < group * at_once ? (near.left + group - 1) / group : at_once;
+      piece.crowd.n = 0;
+      find_viscosity(v, s, own, begin, piece);
+      for (std::size_t k = 0; k < piece.n; ++k, near.advance()) add_group(v, own, near, piece, k, sums);
+      add_crowd(v, own, begin, piece, sums);
     }
-    crowd.weigh();
-    for (std::size_t c = 0; c < crowd.n; ++c) {
-      const std::uint32_t j = first_near.id[crowd.place[c]];
-      const double w = double(crowd.weight[c]);
-      double g[3];
-      for (int e = 0; e < 3; ++e) g[e] = w * (own.place.x[e] - v.place[j].x[e]);
-      if (v.kind[j] & tension_bit) stress.add(v.artificial[j], g[0], g[1], g[2]);
-      if (!pulls) continue;
-      first_near.pull[crowd.place[c]] = crowd.weight[c];
-      for (int e = 0; e < 3; ++e) weighted[e] += g[e];
-    }
-    }
-    double sum[3], others[3], own_force[3], viscosity[3];
-    gradients.total(sum);
-    stress.total(others);
-    viscous.total(viscosity);
-    apply_stress(v.stress[i], sum, own_force);
-    if (pulls) {
-      double push[3];
-      apply_stress(v.artificial[i], weighted, push);
-      for (int e = 0; e < 3; ++e) own_force[e] += push[e];
-    }
-    for (int e = 0; e < 3; ++e) to.all[e] = scale * ((own_force[e] + others[e]) - viscosity[e]);
-    to.approach = double(greatest(fastest));
-    if (!contact.met) continue;
-    v.mixed[i] = 1;
-    const double p = double(v.p_contact[i]);
-    Contact::force(contact.weighted, contact.pressed, p, sum);
-    for (int e = 0; e < 3; ++e) to.all[e] -= scale * sum[e];
-    if (!contact.wall_met) continue;
-    Contact::force(contact.weighted_wall, contact.pressed_wall, p, sum);
-    contact.viscous_wall.total(viscosity);
-    for (int e = 0; e < 3; ++e) to.wall[e] = -scale * (sum[e] + viscosity[e]);
+    finish(v, i, sums, force[i - first]);
+    v.mixed[i] = sums.contact.met;
   }
 }
 
