@@ -98,7 +98,7 @@ static void book_wall_force(Simulation& s, double dt) {
 /// 4: the pairs' work, and the velocity gradient of the particles.
 static void add_pair_work(Simulation& s, const fem::StepTimes& times) {
   if (s.particles.size() == 0) return;
-  core::for_each(s.particles.size(), [&](std::size_t i) { s.hood.actors[i].v_new = s.particles.v[i]; });
+  core::for_each(s.particles.size(), [&](std::size_t i) { sph::set_motion(s.hood, i, s.particles.v[i]); });
   coupling::fill_foreign_velocities(s.mesh, s.bond, s.hood);
   sph::reflect_velocities(s.hood);
   sph::pair_work(s.particle_settings, times.kick, times.drift, s.correction, s.hood, s.particles, s.velocity_gradient);

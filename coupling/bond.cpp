@@ -211,25 +211,25 @@ void fill_foreign(const fem::Mesh& mesh, const Bond& bond, sph::Neighbourhood& h
     hood.anchor_x.push_back(bond.x[k]);
     hood.anchor_start.push_back(static_cast<std::uint32_t>(hood.anchor_x.size()));
   }
+  const auto single = [](double a) { return static_cast<float>(a); };
+  const double per_unit = 1 / (hood.unit * hood.unit * hood.unit);
   core::for_each(bond.x.size(), [&](std::size_t k) {
     const std::size_t el = bond.elements[k / parts];
-    sph::Actor& a = hood.actors[hood.n_particles + k];
-    a = {};
-    a.x = bond.x[k];
-    a.v = fem::at(mesh, el, mesh.nodes.v, fem::part_centre(bond.per_edge, static_cast<int>(k % parts)));
-    a.m = e.pt.m[el] / bond.parts();
-    a.rho = e.pt.rho[el];
-    a.volume = a.m / a.rho;
-    a.h = sph::h_over_spacing * std::cbrt(a.volume);
-    a.c = e.pt.c[el];
-    a.spread = 1;
-    const double p = e.pt.p[el];
-    a.p_contact = std::max(p, 0.0);
+    const std::size_t i = hood.n_particles + k;
+    sph::Actors& a = hood.actors;
+    const double rho = e.pt.rho[el], volume = e.pt.m[el] / bond.parts() / rho, p = e.pt.p[el];
+    a.place[i] = {bond.x[k], single(sph::h_over_spacing * std::cbrt(volume)), single(volume * per_unit)};
+    a.flow[i] = {fem::at(mesh, el, mesh.nodes.v, fem::part_centre(bond.per_edge, static_cast<int>(k % parts))), single(e.pt.c[el]), single(rho)};
+    a.strain[i] = {};
+    a.strain[i].density = single(rho);
+    a.strain[i].spread = 1;
+    a.p_contact[i] = single(std::max(p, 0.0));
     const auto& s = e.pt.s;
-    a.stress << s[0][el] - p, s[3][el], s[5][el], s[3][el], s[1][el] - p, s[4][el], s[5][el], s[4][el], s[2][el] - p;
-    a.stress *= lattice_correction;
+    core::Mat3 stress;
+    stress << s[0][el] - p, s[3][el], s[5][el], s[3][el], s[1][el] - p, s[4][el], s[5][el], s[4][el], s[2][el] - p;
+    a.stress[i] = sph::stress_of(lattice_correction * stress);
     constexpr int stranger = 1 << 20;  // a body that no particle belongs to
-    a.body = bond.hold ? e.body[el] : stranger + e.body[el];
+    a.kind[i] = sph::kind_of_body(bond.hold ? e.body[el] : stranger + e.body[el]);
   });
 }
 
@@ -239,7 +239,7 @@ void fill_foreign_velocities(const fem::Mesh& mesh, const Bond& bond, sph::Neigh
   core::for_each(bond.x.size(), [&](std::size_t k) {
     const std::size_t el = bond.elements[k / parts];
     const Vec3 xi = fem::part_centre(bond.per_edge, static_cast<int>(k % parts));
-    hood.actors[hood.n_particles + k].v_new = fem::at(mesh, el, mesh.nodes.v, xi);
+    sph::set_motion(hood, hood.n_particles + k, fem::at(mesh, el, mesh.nodes.v, xi));
     auto row = hood.anchor_start[k];
     for (const auto nd : seam_of(bond, k / parts)) hood.anchor_v_mean[row++] = mesh.nodes.v_mean[nd];
     hood.anchor_v_mean[row] = fem::at(mesh, el, mesh.nodes.v_mean, xi);

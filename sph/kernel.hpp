@@ -18,14 +18,14 @@ T kernel(T r, T h) {
   return T(21.0 / (16.0 * core::pi)) * u2 * u2 * (T(1.0) + T(2.0) * q) / (h * h * h);
 }
 
-/// (dW/dr) / r [1/m5]: gradient of W with respect to x_i is kernel_slope * (x_i - x_j). Finite at r = 0. reach = 2h.
+/// (dW/dr) / r [1/m5]: gradient of W with respect to x_i is kernel_slope * (x_i - x_j). Finite at r = 0. With R = 2h it is
+/// this factor times (1 - r/R)^3 / R^5.
+constexpr double kernel_slope_factor = -210.0 / core::pi;
 template <class T>
-T kernel_slope_in(T r, T reach, T inverse_reach) {
-  const T u = core::max(reach - r, T(0.0)), i2 = inverse_reach * inverse_reach, i4 = i2 * i2;
-  return T(-210.0 / core::pi) * (u * u * u) * (i4 * i4);
+T kernel_slope(T r, T h) {
+  const T i = T(1.0) / (T(kernel_reach) * h), u = core::max(T(1.0) - r * i, T(0.0)), i2 = i * i;
+  return T(kernel_slope_factor) * (u * u * u) * (i2 * i2 * i);
 }
-template <class T>
-T kernel_slope(T r, T h) { return kernel_slope_in(r, T(kernel_reach) * h, T(1.0) / (T(kernel_reach) * h)); }
 
 /// W at r = q h over its value at the regular spacing, h / h_over_spacing.
 template <class T>

@@ -26,6 +26,8 @@ static int axis_of(const Mirror& m) {
 
 static Vec3 reflect(const Mirror& m, const Vec3& a) { return a - 2 * m.normal.dot(a) * m.normal; }
 
+static Vec3 mirrored(const Mirror& m, const Vec3& x) { return m.point + reflect(m, Vec3(x - m.point)); }
+
 static core::Mat3 reflect(const Mirror& m, const core::Mat3& a) {
   core::Mat3 r = a;
   if (const int d = axis_of(m); d >= 0) {
@@ -38,21 +40,18 @@ static core::Mat3 reflect(const Mirror& m, const core::Mat3& a) {
 }
 
 /// A symmetric tensor, xx yy zz xy yz zx.
-static std::array<double, 6> reflect(const Mirror& m, const std::array<double, 6>& a) {
+static std::array<float, 6> reflect(const Mirror& m, const std::array<float, 6>& a) {
   core::Mat3 full;
   full << a[0], a[3], a[5], a[3], a[1], a[4], a[5], a[4], a[2];
-  const core::Mat3 r = reflect(m, full);
+  const Eigen::Matrix3f r = reflect(m, full).cast<float>();
   return {r(0, 0), r(1, 1), r(2, 2), r(0, 1), r(1, 2), r(2, 0)};
 }
 
-/// The artificial stress of `from`, reflected, into `to`.
-static void reflect_artificial(const Mirror& m, const Actor& from, Actor& to) {
-  const auto& a = from.artificial;
+static Stress reflect(const Mirror& m, const Stress& a) {
   core::Mat3 full;
-  full << a[0], a[1], a[2], a[1], from.artificial_yy, a[3], a[2], a[3], a[4];
-  const core::Mat3 r = reflect(m, full);
-  to.artificial = {r(0, 0), r(0, 1), r(0, 2), r(1, 2), r(2, 2)};
-  to.artificial_yy = r(1, 1);
+  for (int c = 0; c < 3; ++c)
+    for (int r = 0; r < 3; ++r) full(r, c) = a.column[c][r];
+  return stress_of(reflect(m, full));
 }
 
 /// Bounds of a bin's displacements, and of how much a smoothing length in it has grown.
@@ -75,7 +74,7 @@ bool still_valid(const Neighbourhood& hood, const std::vector<Vec3>& watched_x) 
   for (std::size_t i = 0; i < moved.size(); ++i) {
     std::size_t source = i;
     if (i < n_real) {
-      moved[i] = hood.actors[i].x - hood.x_built[i];
+      moved[i] = hood.actors.place[i].x - hood.x_built[i];
     } else {
       const Image& image = hood.images[i - n_real];
       moved[i] = reflect(hood.mirrors[image.mirror], moved[image.source]);
@@ -83,7 +82,7 @@ bool still_valid(const Neighbourhood& hood, const std::vector<Vec3>& watched_x) 
     }
     Bounds& bin = bounds[hood.bin[i]];
     bin.add(moved[i]);
-    bin.growth = std::max(bin.growth, hood.actors[source].h - hood.h_built[source]);
+    bin.growth = std::max(bin.growth, hood.actors.place[source].h - hood.h_built[source]);
   }
   for (std::size_t k = 0; k < watched_x.size(); ++k)
     bounds[hood.bin[moved.size() + k]].add(watched_x[k] - hood.watched_built[k]);
@@ -113,7 +112,7 @@ static void bin_actors(Neighbourhood& hood, double edge) {
                             : bins.try_emplace(cell, static_cast<std::uint32_t>(bins.size())).first->second);
     last = cell;
   };
-  for (const Actor& a : hood.actors) put(a.x);
+  for (const Place& a : hood.actors.place) put(a.x);
   for (const Vec3& x : hood.watched_built) put(x);
   std::vector<Cell> cells(bins.size());
   for (const auto& [cell, b] : bins) cells[b] = cell;
@@ -132,12 +131,13 @@ static void bin_actors(Neighbourhood& hood, double edge) {
 /// One plane's images of everything there is so far, images of earlier planes included: corners mirror twice and thrice.
 static void add_images(Neighbourhood& hood, std::uint32_t mirror, double reach) {
   const Mirror& plane = hood.mirrors[mirror];
-  const std::size_t n = hood.actors.size();
+  auto& place = hood.actors.place;
+  const std::size_t n = place.size();
   for (std::size_t i = 0; i < n; ++i) {
-    const double distance = plane.normal.dot(hood.actors[i].x - plane.point);
+    const double distance = plane.normal.dot(place[i].x - plane.point);
     if (distance < reach && distance > -reach) {
       hood.images.push_back({static_cast<std::uint32_t>(i), mirror});
-      hood.actors.push_back(hood.actors[i]);
+      place.push_back(place[i]);
     }
   }
 }
@@ -168,10 +168,10 @@ void build(Neighbourhood& hood, const std::vector<Vec3>& watched_x, double outsi
   hood.actors.resize(n_real);
   hood.images.clear();
   double h_max = 0, h_min = 1e300, speed = outside_speed;
-  for (const Actor& a : hood.actors) {
-    h_max = std::max(h_max, a.h);
-    h_min = std::min(h_min, a.h);
-    speed = std::max(speed, a.v.norm());
+  for (std::size_t i = 0; i < n_real; ++i) {
+    h_max = std::max(h_max, double(hood.actors.place[i].h));
+    h_min = std::min(h_min, double(hood.actors.place[i].h));
+    speed = std::max(speed, hood.actors.flow[i].v.norm());
   }
   const double reach = kernel_reach * h_max;
   hood.slack = 0.5 * skin * kernel_reach * h_min;
@@ -180,6 +180,7 @@ void build(Neighbourhood& hood, const std::vector<Vec3>& watched_x, double outsi
   hood.far_speed = 2 * 1.25 * speed;  // two that meet head on, both sped up a little meanwhile
   hood.age = 0;
   for (std::uint32_t k = 0; k < hood.mirrors.size(); ++k) add_images(hood, k, (1 + 2 * skin) * reach);
+  hood.actors.resize(hood.actors.size());
   reflect_images(hood);
   hood.watched_built = watched_x;
   bin_actors(hood, watched_reaches * reach);
@@ -188,44 +189,67 @@ void build(Neighbourhood& hood, const std::vector<Vec3>& watched_x, double outsi
   hood.x_built.resize(hood.actors.size());
   hood.h_built.resize(hood.actors.size());
   for (std::size_t i = 0; i < radius.size(); ++i) {
-    hood.x_built[i] = hood.actors[i].x;
-    hood.h_built[i] = hood.actors[i].h;
-    radius[i] = kernel_reach * hood.actors[i].h + 2 * hood.slack;
+    hood.x_built[i] = hood.actors.place[i].x;
+    hood.h_built[i] = hood.actors.place[i].h;
+    radius[i] = kernel_reach * hood.h_built[i] + 2 * hood.slack;
   }
   core::Octree tree;
   tree.build(hood.x_built);
   tree.neighbours(radius, true, hood.pairs);
   drop_idle_pairs(hood);
-  hood.near.resize(first_near_word(hood.pairs.start[n_real], n_real));
+  hood.near_start.assign(n_real + 1, 0);
   hood.n_near.resize(n_real);
+  hood.mixed.resize(n_real);
   hood.valid = true;
   ++hood.builds;
 }
 
+bool has_room(const Neighbourhood& hood) {
+  for (std::size_t i = 0; i < hood.n_near.size(); ++i)
+    if (hood.n_near[i] > group * (hood.near_start[i + 1] - hood.near_start[i])) return false;
+  return true;
+}
+
+void make_room(Neighbourhood& hood) {
+  for (std::size_t i = 0; i < hood.n_near.size(); ++i) {
+    const std::size_t most = hood.n_near[i] + hood.n_near[i] / 8 + group / 2;
+    hood.near_start[i + 1] = hood.near_start[i] + (most + group - 1) / group;
+  }
+  const std::size_t n = hood.near_start.back();
+  hood.near.resize(n), hood.weight.resize(n), hood.push.resize(n), hood.pull.resize(n);
+}
+
 void reflect_images(Neighbourhood& hood) {
   const std::size_t n_real = hood.n_particles + hood.n_foreign;
+  Actors& a = hood.actors;
   // In order: an image of an image finds its source done.
   for (std::size_t k = 0; k < hood.images.size(); ++k) {
     const Mirror& m = hood.mirrors[hood.images[k].mirror];
-    const Actor& s = hood.actors[hood.images[k].source];
-    Actor a = s;
-    a.x = m.point + reflect(m, Vec3(s.x - m.point));
-    a.v = reflect(m, s.v);
-    a.v_new = reflect(m, s.v_new);
-    a.stress = reflect(m, s.stress);
-    if (s.tension) reflect_artificial(m, s, a);
-    if (s.firm > 0) a.rate = reflect(m, s.rate);
-    if (m.wall) a.body = wall_body;
-    hood.actors[n_real + k] = a;
+    const std::size_t s = hood.images[k].source, i = n_real + k;
+    a.place[i] = a.place[s];
+    a.place[i].x = mirrored(m, a.place[s].x);
+    a.flow[i] = a.flow[s];
+    a.flow[i].v = reflect(m, a.flow[s].v);
+    a.strain[i] = a.strain[s];
+    if (a.kind[s] & firm_bit) a.strain[i].rate = reflect(m, a.strain[s].rate);
+    a.stress[i] = reflect(m, a.stress[s]);
+    if (a.kind[s] & tension_bit) a.artificial[i] = reflect(m, a.artificial[s]);
+    a.kind[i] = m.wall ? kind_of_body(wall_body) | (a.kind[s] & tension_bit) : a.kind[s];
+    a.p_contact[i] = a.p_contact[s];
   }
+}
+
+void set_motion(Neighbourhood& hood, std::size_t i, const Vec3& v_new) {
+  Motion& m = hood.actors.motion[i];
+  for (int e = 0; e < 3; ++e) m.end[e] = v_new[e], m.sum[e] = hood.actors.flow[i].v[e] + v_new[e];
 }
 
 void reflect_velocities(Neighbourhood& hood) {
   const std::size_t n_real = hood.n_particles + hood.n_foreign;
   for (std::size_t k = 0; k < hood.images.size(); ++k) {
     const Mirror& m = hood.mirrors[hood.images[k].mirror];
-    const Actor& s = hood.actors[hood.images[k].source];
-    hood.actors[n_real + k].v_new = reflect(m, s.v_new);
+    const double* const end = hood.actors.motion[hood.images[k].source].end;
+    set_motion(hood, n_real + k, reflect(m, Vec3(end[0], end[1], end[2])));
   }
 }
 

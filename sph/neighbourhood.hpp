@@ -16,31 +16,76 @@
 
 namespace sph {
 
-/// Laid out for the pair sums (pair_kernel.cpp): what distances and viscosity need fills the first two lines of eight
-/// doubles, in fours; of the next two each column of a tensor lies within one line; the last is for hourglass control.
-struct alignas(64) Actor {
+// Actors are laid out for the pair sums (pair_kernel.cpp), one array for each of their loops, in rows of 32 bytes or so.
+// Differences of positions and of velocities are formed in double, so those are kept in double; all else is single.
+// Volumes are in units of unit^3, which keeps products of theirs within the range of single numbers at any scale.
+
+struct alignas(32) Place {
   core::Vec3 x{0, 0, 0};
-  double h = 0;
-  double volume = 0;
-  std::int32_t body = 0;
-  std::int32_t tension = 0;    ///< 1 where artificial stress acts
-  double m = 0, c = 0;
-
-  core::Vec3 v{0, 0, 0};       ///< before the kick, n - 1/2: what viscosity sees
-  double rho = 0;
-  core::Vec3 v_new{0, 0, 0};   ///< after the kick and contact, n + 1/2: what strains; the forces work on the mean of both
-  double spread = 0;           ///< shear switch of the viscosity [-]
-
-  std::array<double, 5> artificial{};       ///< artificial stress of Gray et al., xx xy zx yz zz [Pa]
-  core::Mat3 stress = core::Mat3::Zero();   ///< sigma B^T, see particle_forces.hpp [Pa]
-  double artificial_yy = 0;
-  double p_contact = 0;        ///< max(p, 0): all that bodies say to each other [Pa]
-
-  std::array<double, 6> rate{};  ///< strain rate of the last step, xx yy zz xy yz zx [1/s]
-  double firm = 0;               ///< 1 where it bears shear and its gradients are exact: motion beside `rate` is damped
-  double unused = 0;
+  float h = 0;
+  float volume = 0;            ///< [unit^3]
 };
-static_assert(sizeof(Actor) == 320);
+
+struct alignas(32) Flow {
+  core::Vec3 v{0, 0, 0};       ///< before the kick, n - 1/2: what viscosity sees
+  float c = 0, rho = 0;
+};
+
+struct alignas(32) Strain {
+  std::array<float, 6> rate{};  ///< of the last step, xx yy zz xy yz zx [1/s]
+  float density = 0;            ///< mass over volume [kg/m3]
+  float spread = 0;             ///< shear switch of the viscosity [-]
+};
+
+/// Columns of a stress, three of each four numbers [Pa].
+struct alignas(16) Stress {
+  float column[3][4] = {};
+};
+
+/// The matrix, rounded.
+inline Stress stress_of(const core::Mat3& a) {
+  Stress s;
+  for (int c = 0; c < 3; ++c)
+    for (int r = 0; r < 3; ++r) s.column[c][r] = static_cast<float>(a(r, c));
+  return s;
+}
+
+/// Velocities once the kick and contact are done.
+struct alignas(64) Motion {
+  double sum[4] = {};  ///< of those before and after: the forces work on half of it [m/s]
+  double end[4] = {};  ///< after, n + 1/2: what strains [m/s]
+};
+
+/// What kind of neighbour an actor is, in one number: its body, and two bits.
+using Kind = std::int32_t;
+constexpr Kind firm_bit = 1;     ///< bears shear and its gradients are exact: motion beside `rate` is damped
+constexpr Kind tension_bit = 2;  ///< artificial stress acts
+constexpr Kind kind_of_body(std::int32_t body) { return body * 4; }
+
+/// Numbers of sixteen pairs.
+template <class T>
+struct alignas(64) Sixteen {
+  T at[16];
+};
+
+struct Actors {
+  std::vector<Place> place;
+  std::vector<Flow> flow;
+  std::vector<Strain> strain;
+  std::vector<Stress> stress;      ///< sigma B^T, see particle_forces.hpp
+  std::vector<Stress> artificial;  ///< artificial stress of Gray et al., where the kind says so
+  std::vector<Motion> motion;
+  std::vector<Kind> kind;
+  std::vector<float> p_contact;    ///< max(p, 0): all that bodies say to each other [Pa]
+
+  static constexpr std::size_t bytes_each = 3 * 32 + 2 * sizeof(Stress) + sizeof(Motion) + sizeof(Kind) + sizeof(float);
+  std::size_t size() const { return place.size(); }
+  template <class F>
+  void each_array(F&& f) { f(place), f(flow), f(strain), f(stress), f(artificial), f(motion), f(kind), f(p_contact); }
+  void resize(std::size_t n) {
+    each_array([n](auto& a) { a.resize(n); });
+  }
+};
 
 /// What images behind a rigid wall say they belong to: they push whatever comes and hold nothing.
 constexpr std::int32_t wall_body = -1;
@@ -59,11 +104,19 @@ struct Image {
 struct Neighbourhood {
   std::vector<Mirror> mirrors;
   std::size_t n_particles = 0, n_foreign = 0;
-  std::vector<Actor> actors;
+  Actors actors;
+  double unit = 1;                   ///< length near h, a power of two: scaling by it rounds nothing [m]
   std::vector<Image> images;
   core::Neighbours pairs;            ///< rows of particles and foreigners
-  std::vector<std::uint16_t> near;   ///< one bit a candidate of `pairs`: in reach at this step? (pair_kernel.hpp)
-  std::vector<std::uint32_t> n_near; ///< [row] how many are
+  // Pairs in reach at this step, in rows of whole groups (pair_kernel.hpp). The row itself fills up its last group.
+  std::vector<std::uint64_t> near_start;     ///< [row + 1] groups that each has room for; most of `pairs` is out of reach
+  std::vector<Sixteen<std::uint32_t>> near;  ///< who
+  std::vector<Sixteen<float>> weight;   ///< V_i V_j (dW/dr)/r [unit^3]
+  std::vector<Sixteen<float>> push;     ///< m_i m_j Pi (dW/dr)/r of the viscosity: times d it is a force [unit^3]
+  std::vector<Sixteen<float>> pull;     ///< weight times Gray's factor, in rows where artificial stress acts [unit^3]
+  std::vector<std::uint32_t> n_near;    ///< [row] how many are
+  std::vector<std::uint8_t> mixed;      ///< [row] is one of another body?
+  std::vector<double> approach;         ///< [n_particles] largest mu of the viscosity, 0 where all part [m/s]
   std::vector<core::Vec3> x_built;   ///< positions of all actors when the lists were made
   std::vector<double> h_built;       ///< and their smoothing lengths [m]
   std::vector<core::Vec3> watched_built;  ///< of what is no actor but near enough to become one
@@ -95,14 +148,20 @@ bool still_valid(const Neighbourhood& hood, const std::vector<core::Vec3>& watch
 /// watched_reaches must be watched.
 constexpr double foreign_reaches = 1.25, watched_reaches = 3.0;
 
-/// Makes images and lists. actors[0 .. n_particles + n_foreign) hold current x, h and v. outside_speed: of the fastest
+/// Makes images and lists. Actors [0, n_particles + n_foreign) hold current x, h and v. outside_speed: of the fastest
 /// thing that is no actor yet but could become a neighbour [m/s].
 void build(Neighbourhood& hood, const std::vector<core::Vec3>& watched_x, double outside_speed);
 
-/// Images follow their sources: everything an Actor holds, reflected.
+/// Is there room for all pairs that are in reach? n_near says how many those are.
+bool has_room(const Neighbourhood& hood);
+/// Makes room for them and for a few more.
+void make_room(Neighbourhood& hood);
+
+/// Images follow their sources: everything actors hold but motion, reflected.
 void reflect_images(Neighbourhood& hood);
 
-/// Velocities after the kick to the images alone.
+/// Velocities after the kick into an actor's motion, and of the sources into the images'.
+void set_motion(Neighbourhood& hood, std::size_t i, const core::Vec3& v_new);
 void reflect_velocities(Neighbourhood& hood);
 
 }  // namespace sph

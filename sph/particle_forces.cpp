@@ -14,32 +14,35 @@ namespace sph {
 using core::Mat3;
 using core::Vec3;
 
+static float single(double a) { return static_cast<float>(a); }
+
 /// A point's volume is never taken larger than this many times its volume at the reference density: expanded matter
 /// keeps the weight that its spacing can carry.
 constexpr double largest_expansion = 4.0;
 
 void fill_actors(const Particles& p, const std::vector<double>& rho_0, Neighbourhood& hood) {
+  Actors& a = hood.actors;
+  hood.unit = p.size() > 0 ? std::exp2(std::round(std::log2(p.h[0]))) : 1;
+  const double per_unit = 1 / (hood.unit * hood.unit * hood.unit);
   core::for_each(p.size(), [&](std::size_t i) {
-    Actor& a = hood.actors[i];
-    a.x = p.x[i];
-    a.v = p.v[i];
-    a.m = p.pt.m[i];
-    a.h = p.h[i];
-    a.rho = p.pt.rho[i];
-    a.volume = a.m / std::max(a.rho, rho_0[p.body[i]] / largest_expansion);
-    a.c = p.pt.c[i];
-    a.p_contact = std::max(p.pt.p[i], 0.0);
-    a.spread = p.spread[i];
-    a.rate = {p.stretch[i][0], p.stretch[i][1], p.stretch[i][2], p.shear[i][0], p.shear[i][1], p.shear[i][2]};
-    a.body = p.body[i];
+    const double density = std::max(p.pt.rho[i], rho_0[p.body[i]] / largest_expansion);
+    a.place[i] = {p.x[i], single(p.h[i]), single(p.pt.m[i] / density * per_unit)};
+    a.flow[i] = {p.v[i], single(p.pt.c[i]), single(p.pt.rho[i])};
+    const auto &d = p.stretch[i], &s = p.shear[i];
+    a.strain[i] = {{single(d[0]), single(d[1]), single(d[2]), single(s[0]), single(s[1]), single(s[2])}, single(density), single(p.spread[i])};
+    a.p_contact[i] = single(std::max(p.pt.p[i], 0.0));
+    a.kind[i] = kind_of_body(p.body[i]);
   });
 }
 
 /// Rows that one call of a kernel goes through: what it leaves for them fits the first cache.
 constexpr std::size_t row_block = 64;
 
-static PairView view(Neighbourhood& hood) {
-  return {hood.actors.data(), hood.pairs.start.data(), hood.pairs.list.data(), hood.near.data(), hood.n_near.data()};
+PairView view(Neighbourhood& hood) {
+  Actors& a = hood.actors;
+  return {a.place.data(),      a.flow.data(),          a.strain.data(),        a.stress.data(), a.artificial.data(),
+          a.motion.data(),     a.kind.data(),          a.p_contact.data(),     hood.pairs.start.data(), hood.pairs.list.data(),
+          hood.near_start.data(), hood.near.data(), hood.weight.data(), hood.push.data(), hood.pull.data(),     hood.n_near.data(),     hood.mixed.data(), hood.unit};
 }
 
 struct PairKernels {
@@ -69,7 +72,7 @@ static void for_each_foreign_block(Neighbourhood& hood, F&& f) {
   for (std::size_t k = 0; k < hood.n_foreign; ++k)
     longest = std::max(longest, hood.anchor_start[k + 1] - hood.anchor_start[k]);
   core::for_each_block(hood.n_foreign, row_block, [&](std::size_t first, std::size_t last) {
-    std::vector<double> scratch(16 * longest);
+    std::vector<double> scratch(anchor_scratch * longest);
     const AnchorView anchors{hood.n_particles,     hood.anchor_spacing,       hood.anchor_start.data(),
                              hood.anchor_x.data(), hood.anchor_v_mean.data(), hood.anchor_force.data(),
                              scratch.data()};
@@ -80,16 +83,20 @@ static void for_each_foreign_block(Neighbourhood& hood, F&& f) {
 void correct_gradients(const Particles& p, const ParticleSettings& settings, Neighbourhood& hood,
                        std::vector<Mat3>& correction) {
   correction.resize(p.size());
-  const PairView pairs = view(hood);
   const auto kernel = kernels();
-  core::for_each_block(hood.n_foreign, row_block, [&](std::size_t first, std::size_t last) {
-    kernel.find_near(pairs, hood.n_particles + first, hood.n_particles + last, nullptr);
-  });
-  core::for_each_block(hood.n_particles, row_block, [&](std::size_t first, std::size_t last) {
-    std::array<Moment, row_block> moment;
-    kernel.find_near(pairs, first, last, moment.data());
-    kernel.correct_rows(p.pt, settings.artificial_stress, first, last, moment.data(), correction.data(), hood.actors.data());
-  });
+  for (;;) {
+    const PairView pairs = view(hood);
+    core::for_each_block(hood.n_foreign, row_block, [&](std::size_t first, std::size_t last) {
+      kernel.find_near(pairs, hood.n_particles + first, hood.n_particles + last, nullptr);
+    });
+    core::for_each_block(hood.n_particles, row_block, [&](std::size_t first, std::size_t last) {
+      std::array<Moment, row_block> moment;
+      kernel.find_near(pairs, first, last, moment.data());
+      kernel.correct_rows(p.pt, settings.artificial_stress, first, last, moment.data(), correction.data(), hood.actors);
+    });
+    if (has_room(hood)) return;
+    make_room(hood);
+  }
 }
 
 static Vec3 vec(const double* a) { return {a[0], a[1], a[2]}; }
@@ -97,6 +104,7 @@ static Vec3 vec(const double* a) { return {a[0], a[1], a[2]}; }
 void add_pair_forces(const ParticleSettings& settings, Neighbourhood& hood, Particles& p) {
   const bool walls = std::any_of(hood.mirrors.begin(), hood.mirrors.end(), [](const Mirror& m) { return m.wall; });
   hood.wall_force.resize(walls ? hood.n_particles : 0);
+  hood.approach.resize(hood.n_particles);
   hood.anchor_force.resize(hood.anchor_x.size());
   const PairView pairs = view(hood);
   const auto kernel = kernels();
@@ -105,6 +113,7 @@ void add_pair_forces(const ParticleSettings& settings, Neighbourhood& hood, Part
     kernel.pair_forces(pairs, settings, first, last, force.data());
     for (std::size_t i = first; i < last; ++i) {
       p.f[i] = vec(force[i - first].all);
+      hood.approach[i] = force[i - first].approach;
       if (walls) hood.wall_force[i] = vec(force[i - first].wall);
     }
   });
@@ -122,9 +131,9 @@ static Mat3 at_mid_step(const Mat3& l, double dt) {
 
 /// Stable step [s]: h / (c + 0.6 (alpha c + beta mu)) as Monaghan (1992, section 10) has it, times 0.5. What bears shear and goes
 /// smoothly is stable to twice as much (bars, rings); gases behind a shock lose density from half as much again (Noh).
-static double stable_step(const Actor& a, const ParticleSettings& s, double approach) {
-  const double acoustic = a.firm > 0 ? 0.65 : 1.0;
-  return 0.5 * a.h / (acoustic * (1 + 0.6 * s.viscosity_linear) * a.c + 0.6 * s.viscosity_quadratic * approach);
+static double stable_step(double h, double c, bool firm, const ParticleSettings& s, double approach) {
+  const double acoustic = firm ? 0.65 : 1.0;
+  return 0.5 * h / (acoustic * (1 + 0.6 * s.viscosity_linear) * c + 0.6 * s.viscosity_quadratic * approach);
 }
 
 void pair_work(const ParticleSettings& settings, double dt_kick, double dt_drift, const std::vector<Mat3>& correction,
@@ -135,22 +144,22 @@ void pair_work(const ParticleSettings& settings, double dt_kick, double dt_drift
   const auto kernel = kernels();
   core::for_each_block(hood.n_particles, row_block, [&](std::size_t first, std::size_t last) {
     std::array<RowWork, row_block> work;
-    kernel.pair_work(pairs, settings, first, last, work.data());
+    kernel.pair_work(pairs, first, last, work.data());
     for (std::size_t i = first; i < last; ++i) {
       const RowWork& w = work[i - first];
-      const Actor& a = hood.actors[i];
-      p.pt.e[i] -= w.power * dt_kick / a.m;
+      p.pt.e[i] -= w.power * dt_kick / p.pt.m[i];
       const Mat3 rate = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(w.rate[0]);
       velocity_gradient[i] = at_mid_step(rate * correction[i], dt_drift);
       const Mat3& l = velocity_gradient[i];
       p.stretch[i] = l.diagonal();
       p.shear[i] = 0.5 * Vec3(l(0, 1) + l(1, 0), l(1, 2) + l(2, 1), l(2, 0) + l(0, 2));
-      p.dt[i] = stable_step(a, settings, w.approach);
+      const bool firm = (hood.actors.kind[i] & firm_bit) != 0;
+      p.dt[i] = stable_step(p.h[i], p.pt.c[i], firm, settings, hood.approach[i]);
     }
   });
   for_each_foreign_block(hood, [&](std::size_t first, std::size_t last, const AnchorView& anchors) {
     double* heat = hood.foreign_heat.data() + (first - hood.n_particles);
-    kernel.foreign_work(pairs, settings, anchors, first, last, heat);
+    kernel.foreign_work(pairs, anchors, first, last, heat);
     for (std::size_t k = 0; k < last - first; ++k) heat[k] *= -dt_kick;
   });
 }

@@ -27,7 +27,7 @@ struct ParticleSettings {
   double hourglass = 1.5;            ///< xi: viscosity of motion that the velocity gradients do not see [-]
 };
 
-/// Fills the particles' rows of hood.actors from the particles: everything but stress.
+/// Sets hood.unit and fills the particles' rows of hood.actors from the particles: everything but stress and motion.
 void fill_actors(const Particles& particles, const std::vector<double>& rho_0, Neighbourhood& hood);
 
 /// Gradient corrections, then sigma B^T and artificial stress of every particle into its actor.

@@ -103,7 +103,7 @@ Real load(const std::vector<double>& a, std::size_t i, std::size_t n) {
 }  // namespace
 
 void correct_rows(const core::Points& pt, double epsilon, std::size_t first, std::size_t last, const Moment* moment,
-                  core::Mat3* correction, Actor* actor) {
+                  core::Mat3* correction, Actors& actors) {
   for (std::size_t i = first; i < last; i += W) {
     const std::size_t n = last - i, lanes = n < W ? n : W;
     Real m[6], b[6], sigma[6], push[6], stress[9];
@@ -126,17 +126,18 @@ void correct_rows(const core::Points& pt, double epsilon, std::size_t first, std
         stress[r + 3 * c] = sigma[at[r][0]] * b[at[c][0]] + sigma[at[r][1]] * b[at[c][1]] + sigma[at[r][2]] * b[at[c][2]];
     for (std::size_t l = 0; l < lanes; ++l) {
       const int lane = static_cast<int>(l);
-      Actor& a = actor[i + l];
       double* to = correction[i + l].data();
       for (int r = 0; r < 3; ++r)
-        for (int c = 0; c < 3; ++c) to[r + 3 * c] = b[at[r][c]][lane];
-      for (int k = 0; k < 9; ++k) a.stress.data()[k] = stress[k][lane];
-      a.firm = firm[lane] ? 1 : 0;
-      a.tension = 0;
+        for (int c = 0; c < 3; ++c) {
+          to[r + 3 * c] = b[at[r][c]][lane];
+          actors.stress[i + l].column[c][r] = static_cast<float>(stress[r + 3 * c][lane]);
+        }
+      Kind& kind = actors.kind[i + l];
+      kind = (kind & ~(firm_bit | tension_bit)) | (firm[lane] ? firm_bit : 0);
       if (!may_pull || !(bound[lane] > 0) || !(push[0][lane] + push[1][lane] + push[2][lane] < 0)) continue;
-      a.artificial = {push[0][lane], push[3][lane], push[5][lane], push[4][lane], push[2][lane]};
-      a.artificial_yy = push[1][lane];
-      a.tension = 1;
+      for (int r = 0; r < 3; ++r)
+        for (int c = 0; c < 3; ++c) actors.artificial[i + l].column[c][r] = static_cast<float>(push[at[r][c]][lane]);
+      kind |= tension_bit;
     }
   }
 }

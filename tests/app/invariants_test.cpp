@@ -213,7 +213,7 @@ TEST(OnlyWhatIsNeeded, NoParticleArrayBeforeTheFirstConversion) {
   while (s->n_converted == 0) {
     EXPECT_EQ(s->particles.x.capacity(), 0u);
     EXPECT_EQ(s->particles.pt.m.capacity(), 0u);
-    EXPECT_EQ(s->hood.actors.capacity(), 0u);
+    EXPECT_EQ(s->hood.actors.place.capacity(), 0u);
     EXPECT_EQ(s->hood.builds, 0u);
     EXPECT_EQ(s->bond.elements.capacity(), 0u);
     small_case::run(*s, s->steps + 1);

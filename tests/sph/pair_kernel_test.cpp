@@ -31,13 +31,12 @@ struct Result {
 Result pass(ParticleBlock& block, const Kernels& kernel) {
   const std::size_t n = block.p.size();
   auto& hood = block.hood;
-  const sph::PairView view{hood.actors.data(), hood.pairs.start.data(), hood.pairs.list.data(), hood.near.data(),
-                           hood.n_near.data()};
+  const sph::PairView view = sph::view(hood);
   Result r(n);
   kernel.find_near(view, 0, n, r.moment.data());
-  kernel.correct_rows(block.p.pt, 0.3, 0, n, r.moment.data(), r.correction.data(), hood.actors.data());
+  kernel.correct_rows(block.p.pt, 0.3, 0, n, r.moment.data(), r.correction.data(), hood.actors);
   kernel.pair_forces(view, block.settings, 0, n, r.force.data());
-  kernel.pair_work(view, block.settings, 0, n, r.work.data());
+  kernel.pair_work(view, 0, n, r.work.data());
   return r;
 }
 
@@ -81,8 +80,9 @@ TEST(PairKernels, NearAreThoseWithinTwoMeanSmoothingLengths) {
   for (std::size_t i = 0; i < hood.n_particles; ++i) {
     std::uint32_t n = 0;
     for (std::size_t j = 0; j < hood.n_particles; ++j) {
-      const double reach = hood.actors[i].h + hood.actors[j].h;
-      n += j != i && (hood.actors[i].x - hood.actors[j].x).squaredNorm() < reach * reach;
+      const auto &a = hood.actors.place[i], &b = hood.actors.place[j];
+      const double reach = double(a.h) + double(b.h);
+      n += j != i && (a.x - b.x).squaredNorm() < reach * reach;
     }
     EXPECT_EQ(hood.n_near[i], n) << i;
   }

@@ -71,7 +71,7 @@ struct ParticleBlock {
     sph::add_pair_forces(settings, hood, p);
     after(forces);
     sph::kick_particles(p, dt);
-    core::for_each(p.size(), [&](std::size_t i) { hood.actors[i].v_new = p.v[i]; });
+    core::for_each(p.size(), [&](std::size_t i) { sph::set_motion(hood, i, p.v[i]); });
     after(kick);
     sph::pair_work(settings, dt, dt, correction, hood, p, velocity_gradient);
     after(work);
