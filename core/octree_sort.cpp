@@ -184,7 +184,6 @@ void MortonSort::radix_sort(std::vector<std::uint64_t>& key, std::vector<std::ui
   const std::size_t n = key.size();
   if (n < 1024) return sort_run(key.data(), index.data(), n);
   word_.resize(n);
-  word_2_.resize(n);
   key_2_.resize(n);
   index_2_.resize(n);
   for_each(n, [&](std::size_t i) { word_[i] = key[i] >> first_bit << place_bits | i; });
@@ -201,9 +200,9 @@ void MortonSort::radix_sort(std::vector<std::uint64_t>& key, std::vector<std::ui
     for_each_block(n, piece, [&](std::size_t first, std::size_t last) {
       std::array<std::uint32_t, n_digits> at;
       for (std::size_t d = 0; d < n_digits; ++d) at[d] = start[d * n_pieces(n) + first / piece];
-      for (std::size_t i = first; i < last; ++i) word_2_[at[digit(word_[i])]++] = word_[i];
+      for (std::size_t i = first; i < last; ++i) key_2_[at[digit(word_[i])]++] = word_[i];
     });
-    word_.swap(word_2_);
+    word_.swap(key_2_);
   }
   for_each(n, [&](std::size_t k) {
     const auto from = static_cast<std::uint32_t>(word_[k]);
