@@ -6,6 +6,9 @@
 #include <stdexcept>
 #include <string>
 #include <utility>
+#ifdef __linux__
+#include <sys/mman.h>
+#endif
 
 #include "core/octree_kernel.hpp"
 #include "core/parallel.hpp"
@@ -25,11 +28,27 @@ void grow(std::vector<T>& a, T*& pointer, std::size_t n) {
   pointer = a.data();
 }
 
+/// Reserves memory in pages as large as the system gives: with small ones, looking up addresses takes a tenth of a query.
+template <class T>
+void reserve_large(std::vector<T>& a, std::size_t n) {
+  if (n <= a.capacity()) return;
+  std::vector<T> larger;
+  larger.reserve(n);
+#ifdef __linux__
+  constexpr std::uintptr_t page = 1 << 21;
+  const auto begin = reinterpret_cast<std::uintptr_t>(larger.data()), first = (begin + page - 1) / page * page;
+  const std::uintptr_t last = (begin + n * sizeof(T)) / page * page;
+  if (first < last) madvise(reinterpret_cast<void*>(first), last - first, MADV_HUGEPAGE);
+#endif
+  larger.assign(a.begin(), a.end());
+  a.swap(larger);
+}
+
 /// Reserves memory for the rows of n points, going by the `total` length of those of the first `done`.
 void foresee(std::vector<std::uint32_t>& list, std::size_t total, std::size_t done, std::size_t n) {
   if (total <= list.capacity()) return;
   const double whole = static_cast<double>(total) * static_cast<double>(n) / static_cast<double>(done);
-  list.reserve(std::max(static_cast<std::size_t>(1.1 * whole), total) + 8192);
+  reserve_large(list, std::max(static_cast<std::size_t>(1.1 * whole), total) + 8192);
 }
 
 }  // namespace
@@ -49,6 +68,7 @@ void Octree::build(std::span<const Vec3> x) {
   if (n >= std::numeric_limits<std::uint32_t>::max() - octree_padding)
     throw std::length_error("octree: " + std::to_string(n) + " points are more than 32-bit indices can tell apart");
   n_ = n;
+  for (auto& a : x_) reserve_large(a, n + octree_padding);
   sort_.sort(x, isa_, order_);
   order_.resize(n + octree_padding, 0);
   rank_.resize(n);
@@ -212,9 +232,9 @@ void Octree::find(std::span<const double> radius, bool symmetric, RowOrder rows,
   if (radius.size() != n)
     throw std::invalid_argument("octree: " + std::to_string(radius.size()) + " radii for " + std::to_string(n) + " points");
   constexpr double largest = 1e150;  // its square is finite, and so is the square of any distance that matters
-  std::vector<double> own(n + octree_padding, 0.0);
-  for_each(n, [&](std::size_t k) { own[k] = std::min(radius[order_[k]], largest); });
-  const bool differ = sum(n, std::size_t{0}, [&](std::size_t k) { return std::size_t{own[k] != own[0]}; }) != 0;
+  const bool differ = sum(n, std::size_t{0}, [&](std::size_t i) { return std::size_t{radius[i] != radius[0]}; }) != 0;
+  std::vector<double> own(n + octree_padding, n > 0 ? std::min(radius[0], largest) : 0.0);
+  if (differ) for_each(n, [&](std::size_t k) { own[k] = std::min(radius[order_[k]], largest); });
   std::vector<double> node_radius_2;
   if (symmetric && differ) node_radius_2 = largest_squared_radii(own);
   RowQuery query{own.data(), node_radius_2.empty() ? nullptr : node_radius_2.data(), true, false};
@@ -291,17 +311,24 @@ RowScratch::RowScratch(std::size_t n_rows) {
 }
 
 void RowScratch::grow_candidates(std::size_t n) {
-  candidate_room = (std::max(n, candidate_room + candidate_room / 2) + 15) / 16 * 16;
-  real_.resize(10 * candidate_room);
+  candidate_room = (std::max(n, candidate_room + candidate_room / 2) + octree_block - 1) / octree_block * octree_block;
+  const std::size_t block_room = candidate_room / octree_block + octree_padding;
+  real_.resize(10 * candidate_room + 7 * block_room);
   id_.resize(2 * candidate_room);
+  grow(near_, near, block_room);
   float* next = real_.data();
-  for (Candidates* c : {&party, &group})
+  for (Candidates* c : {&party, &sorted_})
     for (float** part : {&c->x, &c->y, &c->z, &c->high, &c->low}) {
       *part = next;
       next += candidate_room;
     }
+  for (float** part : {&block.low[0], &block.low[1], &block.low[2], &block.high[0], &block.high[1], &block.high[2],
+                       &block.reach}) {
+    *part = next;
+    next += block_room;
+  }
   party.id = id_.data();
-  group.id = id_.data() + candidate_room;
+  sorted_.id = id_.data() + candidate_room;
 }
 
 void RowScratch::grow_nodes(std::size_t n) {
@@ -319,7 +346,7 @@ void RowScratch::grow_rows(std::size_t n) {
   }
   // In small steps where there is capacity, since new entries are set to zero.
   const std::size_t needed = list_first_ + n + 4096;
-  if (needed > list_->capacity()) list_->reserve(needed + needed / 2);
+  if (needed > list_->capacity()) reserve_large(*list_, needed + needed / 2);
   list_->resize(needed);
   store_in(*list_, list_first_);
 }
@@ -358,19 +385,18 @@ void RowScratch::sort_slots(std::size_t n) {
 
 void RowScratch::sort_party(std::size_t n, bool symmetric) {
   sort_slots(n);
-  // The group's arrays are free until the party is complete: put the candidates there in order, and swap.
   const auto permute = [&](const auto* from, auto* to) {
     for (std::size_t k = 0; k < n; ++k) to[k] = from[slot_[k]];
   };
-  permute(party.x, group.x);
-  permute(party.y, group.y);
-  permute(party.z, group.z);
-  permute(party.id, group.id);
+  permute(party.x, sorted_.x);
+  permute(party.y, sorted_.y);
+  permute(party.z, sorted_.z);
+  permute(party.id, sorted_.id);
   if (symmetric) {
-    permute(party.high, group.high);
-    permute(party.low, group.low);
+    permute(party.high, sorted_.high);
+    permute(party.low, sorted_.low);
   }
-  std::swap(party, group);
+  std::swap(party, sorted_);
 }
 
 }  // namespace core

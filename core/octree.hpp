@@ -8,7 +8,7 @@
 // of at most 16 points, about as wide as a vector register, and carry the tight box of their points, so that neither
 // outliers nor voids cost memory or time; eight leaves in a row make a node of the next level, and so on up.
 //
-// Memory: about 65 bytes a point, and 8 to 16 more while a query runs.
+// Memory: about 75 bytes a point, and 8 to 16 more while a query runs.
 #pragma once
 
 #include <array>

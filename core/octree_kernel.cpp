@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Neighbour rows from the octree, compiled once for each instruction set.
 //
-// Points that follow one another and lie close together form a party, and within it smaller groups. The tree is descended
-// once a party: the points of leaves within reach of the party's box are thinned out against that box and packed side by side; once more for each group; and every row of the group then passes over its packed candidates,
-// a register of floats at a time, and stores those within its radius with a compress-store.
+// Points that follow one another and lie close together form a party. The tree is descended once a party: the points of
+// leaves within reach of the party's box are thinned out against that box and packed side by side, in blocks of 16 with a
+// box each. Every row then passes over the blocks within its own reach, a register of floats at a time, and stores those
+// within its radius with a compress-store.
 //
 // The answer is the one of double arithmetic, bit for bit, though the passes run in float:
 // - Boxes. Rounding is monotone, so the gap between two boxes, summed up like the distance of two points, is never
@@ -26,14 +27,13 @@
 namespace core::EJECTA_ISA {
 namespace {
 
-using Bits = unsigned;  // one a lane
-
-// The few vector operations needed: `lanes` floats or 32-bit integers, `real_lanes` doubles.
+// The few vector operations needed: `lanes` floats or 32-bit integers, `real_lanes` doubles, a bit a lane.
 #if defined(__AVX512F__)
 constexpr int lanes = 16, real_lanes = 8;
 using Floats = __m512;
 using Ints = __m512i;
 using Reals = __m512d;
+using Bits = __mmask16;
 inline Floats load(const float* a) { return _mm512_loadu_ps(a); }
 inline Ints load(const std::uint32_t* a) { return _mm512_loadu_si512(a); }
 inline Reals load(const double* a) { return _mm512_loadu_pd(a); }
@@ -48,7 +48,8 @@ inline Reals max(Reals a, Reals b) { return _mm512_max_pd(a, b); }
 inline Floats multiply_add(Floats a, Floats b, Floats c) { return _mm512_fmadd_ps(a, b, c); }
 inline Bits less(Floats a, Floats b) { return _mm512_cmp_ps_mask(a, b, _CMP_LT_OQ); }
 inline Bits less(Reals a, Reals b) { return _mm512_cmp_pd_mask(a, b, _CMP_LT_OQ); }
-inline Bits differ(Ints a, Ints b) { return _mm512_cmpneq_epi32_mask(a, b); }
+inline Bits differ(Bits among, Ints a, Ints b) { return _mm512_mask_cmpneq_epi32_mask(among, a, b); }
+inline float greatest(Floats a) { return _mm512_reduce_max_ps(a); }
 inline int count(Bits m) { return __builtin_popcount(m); }
 inline void store_some(float* to, Bits m, Floats a) {
   _mm512_storeu_ps(to, _mm512_maskz_compress_ps(static_cast<__mmask16>(m), a));
@@ -64,6 +65,7 @@ constexpr int lanes = 8, real_lanes = 4;
 using Floats = __m256;
 using Ints = __m256i;
 using Reals = __m256d;
+using Bits = unsigned;
 inline Floats load(const float* a) { return _mm256_loadu_ps(a); }
 inline Ints load(const std::uint32_t* a) { return _mm256_loadu_si256(reinterpret_cast<const __m256i*>(a)); }
 inline Reals load(const double* a) { return _mm256_loadu_pd(a); }
@@ -78,8 +80,13 @@ inline Reals max(Reals a, Reals b) { return _mm256_max_pd(a, b); }
 inline Floats multiply_add(Floats a, Floats b, Floats c) { return _mm256_fmadd_ps(a, b, c); }
 inline Bits less(Floats a, Floats b) { return static_cast<Bits>(_mm256_movemask_ps(_mm256_cmp_ps(a, b, _CMP_LT_OQ))); }
 inline Bits less(Reals a, Reals b) { return static_cast<Bits>(_mm256_movemask_pd(_mm256_cmp_pd(a, b, _CMP_LT_OQ))); }
-inline Bits differ(Ints a, Ints b) {
-  return ~static_cast<Bits>(_mm256_movemask_ps(_mm256_castsi256_ps(_mm256_cmpeq_epi32(a, b)))) & 0xff;
+inline Bits differ(Bits among, Ints a, Ints b) {
+  return among & ~static_cast<Bits>(_mm256_movemask_ps(_mm256_castsi256_ps(_mm256_cmpeq_epi32(a, b))));
+}
+inline float greatest(Floats a) {
+  const __m128 four = _mm_max_ps(_mm256_castps256_ps128(a), _mm256_extractf128_ps(a, 1));
+  const __m128 two = _mm_max_ps(four, _mm_movehl_ps(four, four));
+  return _mm_cvtss_f32(_mm_max_ss(two, _mm_shuffle_ps(two, two, 1)));
 }
 inline int count(Bits m) { return __builtin_popcount(m); }
 struct Packing {  // for each set of lanes the lanes that are in it, in order
@@ -104,6 +111,7 @@ constexpr int lanes = 4, real_lanes = 2;
 typedef float Floats __attribute__((vector_size(16)));
 typedef std::int32_t Ints __attribute__((vector_size(16)));
 typedef double Reals __attribute__((vector_size(16)));
+using Bits = unsigned;
 typedef std::int64_t LongInts __attribute__((vector_size(16)));
 template <class V, class R>
 inline V load_as(const R* a) {
@@ -122,6 +130,10 @@ inline Ints all(std::uint32_t a) {
 inline Ints numbers(std::uint32_t first) { return all(first) + Ints{0, 1, 2, 3}; }
 inline Reals all(double a) { return Reals{a, a}; }
 inline Floats max(Floats a, Floats b) { return a > b ? a : b; }
+inline float greatest(Floats a) {
+  const float b = a[0] > a[1] ? a[0] : a[1], c = a[2] > a[3] ? a[2] : a[3];
+  return b > c ? b : c;
+}
 inline Reals max(Reals a, Reals b) { return a > b ? a : b; }
 inline Floats multiply_add(Floats a, Floats b, Floats c) { return a * b + c; }
 inline Bits lane_bits(Ints m) {
@@ -136,7 +148,7 @@ inline Bits less(Reals a, Reals b) {
   const LongInts m = a < b;
   return static_cast<Bits>((m[0] & 1) | (m[1] & 2));
 }
-inline Bits differ(Ints a, Ints b) { return lane_bits(a != b); }
+inline Bits differ(Bits among, Ints a, Ints b) { return among & lane_bits(a != b); }
 inline int count(Bits m) {
   constexpr signed char n[16] = {0, 1, 1, 2, 1, 2, 2, 3, 1, 2, 2, 3, 2, 3, 3, 4};
   return n[m];
@@ -155,7 +167,7 @@ inline Floats to_floats(Reals a, Reals b) {
 }
 #endif
 
-inline Bits first_lanes(std::size_t n) { return n < lanes ? (1u << n) - 1 : (1u << lanes) - 1; }
+inline Bits first_lanes(std::size_t n) { return static_cast<Bits>(n < lanes ? (1u << n) - 1 : (1u << lanes) - 1); }
 
 /// Stores first + k for each bit k of eight. Returns the end.
 inline std::uint32_t* store_numbers(std::uint32_t* to, Bits m, std::uint32_t first) {
@@ -167,14 +179,13 @@ inline std::uint32_t* store_numbers(std::uint32_t* to, Bits m, std::uint32_t fir
   return to;
 }
 
-constexpr std::size_t party_rows = 128, group_rows = 16;
+constexpr std::size_t party_rows = 128;
+constexpr std::size_t block = octree_block;
 constexpr double party_width = 2.6;  // greatest edge of the box in units of the smallest radius
-constexpr float group_width = 1.5f;
 // A party of fewer rows (where points are far apart, measured by their radii) may be wider, if that brings few leaves
 // within reach.
 constexpr std::size_t few_rows = 6, loose_rows = 16, loose_leaves = 32;
 constexpr double loose_width = 8.0;
-constexpr std::size_t few_candidates = 96;  // so few are not worth thinning out for each group
 constexpr double radius_spread = 1.5;  // greatest ratio of two radii in a party
 constexpr float u = 0x1p-24f;
 constexpr float no_place = 3e38f;  // coordinate of the padding behind the candidates: infinitely far
@@ -196,36 +207,32 @@ inline Thresholds thresholds(double radius) {
   return {r * r + band, r * r - band};
 }
 
+typedef double Four __attribute__((vector_size(32)));  // x y z radius
+
 /// Fills the party with rows from `first` on, in a box of at most `width` times the smallest radius.
 void gather_party(const OctreeView& tree, const RowQuery& query, std::size_t first, std::size_t last, std::size_t most_rows,
                   double width, Party& p) {
-  p.n = 0;
-  for (std::size_t k = first; k < last && p.n < most_rows; ++k) {
+  const Four widths{width, width, width, radius_spread - 1};
+  Four low{}, high{};
+  std::size_t n = 0;
+  for (std::size_t k = first; k < last && n < most_rows; ++k) {
     const std::uint32_t place = query.along_curve ? static_cast<std::uint32_t>(k) : tree.rank[k];
-    const double r = query.radius[place];
-    if (p.n == 0) {
-      for (int d = 0; d < 3; ++d) p.low[d] = p.high[d] = tree.x[d][place];
-      p.smallest = p.radius = r;
-    } else {
-      const double least = r < p.smallest ? r : p.smallest, most = r > p.radius ? r : p.radius;
-      double low[3], high[3];
-      bool near = most <= radius_spread * least;
-      for (int d = 0; d < 3; ++d) {
-        const double x = tree.x[d][place];
-        low[d] = x < p.low[d] ? x : p.low[d];
-        high[d] = x > p.high[d] ? x : p.high[d];
-        near = near && high[d] - low[d] <= width * least;
-      }
-      if (!near) return;
-      for (int d = 0; d < 3; ++d) {
-        p.low[d] = low[d];
-        p.high[d] = high[d];
-      }
-      p.smallest = least;
-      p.radius = most;
-    }
-    p.place[p.n++] = place;
+    const Four own{tree.x[0][place], tree.x[1][place], tree.x[2][place], query.radius[place]};
+    if (n == 0) low = high = own;
+    const Four new_low = own < low ? own : low, new_high = own > high ? own : high;
+    const auto apart = new_high - new_low > widths * new_low[3];
+    if (apart[0] | apart[1] | apart[2] | apart[3]) break;
+    low = new_low;
+    high = new_high;
+    p.place[n++] = place;
   }
+  for (int d = 0; d < 3; ++d) {
+    p.low[d] = low[d];
+    p.high[d] = high[d];
+  }
+  p.smallest = low[3];
+  p.radius = high[3];
+  p.n = n;
 }
 
 /// Which of eight nodes in a row are within reach of the party.
@@ -293,15 +300,16 @@ inline Floats in_frame(const Party& p, int d, const double* x) {
   return to_floats((load(x) - c) * s, (load(x + real_lanes) - c) * s);
 }
 
-/// The box of a party or a group in the frame, and how far its rows reach.
+inline Floats squared_length(Floats x, Floats y, Floats z) { return multiply_add(x, x, multiply_add(y, y, z * z)); }
+
+/// The party's box in the frame, and how far its rows reach.
 struct Box {
   Floats low[3], high[3], reach;
 };
 inline Floats gap_2(const Box& box, Floats x, Floats y, Floats z) {
   const Floats zero = all(0.0f);
-  const Floats dx = max(max(box.low[0] - x, x - box.high[0]), zero), dy = max(max(box.low[1] - y, y - box.high[1]), zero),
-               dz = max(max(box.low[2] - z, z - box.high[2]), zero);
-  return multiply_add(dx, dx, multiply_add(dy, dy, dz * dz));
+  return squared_length(max(max(box.low[0] - x, x - box.high[0]), zero), max(max(box.low[1] - y, y - box.high[1]), zero),
+                        max(max(box.low[2] - z, z - box.high[2]), zero));
 }
 
 /// Packs those candidates on the curve that may be within reach of the party's box. Returns their number.
@@ -342,36 +350,40 @@ std::size_t pack_for_party(const OctreeView& tree, const RowQuery& query, const 
   return n;
 }
 
-/// Packs those of n candidates that may be within reach of a group's box. Returns their number.
-template <bool symmetric>
-std::size_t pack_for_group(const Box& box, std::size_t n, const Candidates& from, const Candidates& to) {
-  std::size_t m = 0;
-  for (std::size_t k = 0; k < n; k += lanes) {
-    const Floats x = load(from.x + k), y = load(from.y + k), z = load(from.z + k);
-    Floats reach = box.reach;
-    if constexpr (symmetric) reach = max(reach, load(from.high + k));
-    const Bits hit = less(gap_2(box, x, y, z), reach);
-    store_some(to.x + m, hit, x);
-    store_some(to.y + m, hit, y);
-    store_some(to.z + m, hit, z);
-    store_some(to.id + m, hit, load(from.id + k));
-    if constexpr (symmetric) {
-      store_some(to.high + m, hit, load(from.high + k));
-      store_some(to.low + m, hit, load(from.low + k));
-    }
-    m += static_cast<std::size_t>(count(hit));
-  }
-  return m;
+inline float greatest_of_block(const float* a) {
+  Floats most = load(a);
+  for (std::size_t k = lanes; k < block; k += lanes) most = max(most, load(a + k));
+  return greatest(most);
+}
+inline float least_of_block(const float* a) {
+  Floats most = -load(a);
+  for (std::size_t k = lanes; k < block; k += lanes) most = max(most, -load(a + k));
+  return -greatest(most);
 }
 
-/// Fills the rest of the last register behind n candidates with such as are never near.
+/// Puts boxes around the blocks of n candidates, and behind them some that are never near. Returns the number of blocks.
 template <bool symmetric>
-void pad(const Candidates& c, std::size_t n) {
-  for (std::size_t k = n; k < n + lanes; ++k) {
-    c.x[k] = c.y[k] = c.z[k] = no_place;
+std::size_t box_blocks(const Candidates& c, std::size_t n, const Blocks& b) {
+  const std::size_t n_blocks = (n + block - 1) / block;
+  float* const x[3] = {c.x, c.y, c.z};
+  for (std::size_t k = n; k < n_blocks * block; ++k) {  // the last block is filled with what leaves its box as it is
+    for (int d = 0; d < 3; ++d) x[d][k] = x[d][n - 1];
     c.id[k] = 0;
     if constexpr (symmetric) c.high[k] = c.low[k] = 0;
   }
+  for (std::size_t k = 0; k < n_blocks; ++k) {
+    for (int d = 0; d < 3; ++d) {
+      b.low[d][k] = least_of_block(x[d] + block * k);
+      b.high[d][k] = greatest_of_block(x[d] + block * k);
+    }
+    if constexpr (symmetric) b.reach[k] = greatest_of_block(c.high + block * k);
+  }
+  for (std::size_t k = n; k < n_blocks * block; ++k) c.x[k] = no_place;
+  for (std::size_t k = n_blocks; k < n_blocks + lanes; ++k) {
+    for (int d = 0; d < 3; ++d) b.low[d][k] = b.high[d][k] = no_place;
+    if constexpr (symmetric) b.reach[k] = 0;
+  }
+  return n_blocks;
 }
 
 /// Decides in double which of the undecided candidates k + lane are neighbours of the point at `place`.
@@ -386,7 +398,7 @@ template <bool symmetric>
     if (symmetric && query.radius[other] > r) r = query.radius[other];
     const double dx = tree.x[0][other] - tree.x[0][place], dy = tree.x[1][other] - tree.x[1][place],
                  dz = tree.x[2][other] - tree.x[2][place];
-    if (dx * dx + dy * dy + dz * dz < r * r) in |= 1u << at;
+    if (dx * dx + dy * dy + dz * dz < r * r) in |= static_cast<Bits>(1u << at);
   }
   return in;
 }
@@ -397,31 +409,59 @@ struct Row {
   Thresholds limit;
 };
 
-/// Stores the neighbours of the point at `place` among n candidates. Returns their number.
+/// Finds the blocks of candidates within reach of the row. Returns their number.
 template <bool symmetric>
-std::size_t find_row(const OctreeView& tree, const RowQuery& query, const Row& own, std::size_t place, std::size_t n,
-                     const Candidates& from, std::uint32_t* row) {
+std::size_t find_blocks(const Row& own, std::size_t n_blocks, const Blocks& b, std::uint32_t* near) {
+  const Floats zero = all(0.0f);
+  std::uint32_t* end = near;
+  for (std::size_t k = 0; k < n_blocks; k += lanes) {
+    Floats gap[3];
+    for (int d = 0; d < 3; ++d) {
+      const Floats x = all(own.x[d]);
+      gap[d] = max(max(load(b.low[d] + k) - x, x - load(b.high[d] + k)), zero);
+    }
+    Floats reach = all(own.limit.high);
+    if constexpr (symmetric) reach = max(reach, load(b.reach + k));
+    const Bits hit = less(squared_length(gap[0], gap[1], gap[2]), reach);
+    store_some(end, hit, numbers(static_cast<std::uint32_t>(k)));
+    end += count(hit);
+  }
+  return static_cast<std::size_t>(end - near);
+}
+
+/// Stores those candidates of the blocks that are neighbours of the point at `place`. Returns their number. Pairs that floats
+/// leave undecided are decided in double where `exact`; else `sure` says whether there were none.
+template <bool symmetric, bool exact>
+std::size_t find_row(const OctreeView& tree, const RowQuery& query, const Row& own, std::size_t place, const Candidates& all_of,
+                     const std::uint32_t* near, std::size_t n_near, std::uint32_t* row, bool& sure) {
+  const Candidates from = all_of;  // a copy, which the indices stored cannot change
   const Floats x = all(own.x[0]), y = all(own.x[1]), z = all(own.x[2]);
   const Floats own_high = all(own.limit.high), own_low = all(own.limit.low);
   const Ints self = all(tree.order[place]);
+  Bits undecided = 0;
   std::uint32_t* end = row;
-  for (std::size_t k = 0; k < n; k += lanes) {
-    const Floats dx = load(from.x + k) - x, dy = load(from.y + k) - y, dz = load(from.z + k) - z;
-    const Floats d_2 = multiply_add(dx, dx, multiply_add(dy, dy, dz * dz));
-    const Ints id = load(from.id + k);
-    Bits hit, sure;
-    if constexpr (symmetric) {
-      hit = less(d_2, max(own_high, load(from.high + k)));
-      sure = less(d_2, max(own_low, load(from.low + k)));
-    } else {
-      hit = less(d_2, own_high);
-      sure = less(d_2, own_low);
+  for (const std::uint32_t* b = near; b < near + n_near; ++b)
+    for (std::size_t i = 0; i < block; i += lanes) {
+      const std::size_t k = *b * block + i;
+      const Floats d_2 = squared_length(load(from.x + k) - x, load(from.y + k) - y, load(from.z + k) - z);
+      const Ints id = load(from.id + k);
+      Bits hit, certain;
+      if constexpr (symmetric) {
+        hit = less(d_2, max(own_high, load(from.high + k)));
+        certain = less(d_2, max(own_low, load(from.low + k)));
+      } else {
+        hit = less(d_2, own_high);
+        certain = less(d_2, own_low);
+      }
+      if constexpr (exact)
+        hit = certain | decide<symmetric>(tree, query, from.id + k, hit & ~certain, place);
+      else
+        undecided |= hit ^ certain;
+      hit = differ(hit, id, self);
+      store_some(end, hit, id);
+      end += count(hit);
     }
-    if (__builtin_expect(hit != sure, 0)) hit = sure | decide<symmetric>(tree, query, from.id + k, hit & ~sure, place);
-    hit &= differ(id, self);
-    store_some(end, hit, id);
-    end += count(hit);
-  }
+  sure = undecided == 0;
   return static_cast<std::size_t>(end - row);
 }
 
@@ -429,34 +469,6 @@ bool ascending(const std::uint32_t* id, std::size_t n) {
   unsigned wrong = 0;
   for (std::size_t k = 1; k < n; ++k) wrong |= id[k] < id[k - 1];
   return wrong == 0;
-}
-
-/// The rows from `first` on that lie close together. Returns the end, and the box around them.
-std::size_t next_group(const Row* row, std::size_t first, std::size_t last, float width, Box& box) {
-  float low[3], high[3], reach = row[first].limit.high;
-  for (int d = 0; d < 3; ++d) low[d] = high[d] = row[first].x[d];
-  std::size_t end = first + 1;
-  for (; end < last && end - first < group_rows; ++end) {
-    float l[3], h[3];
-    bool near = true;
-    for (int d = 0; d < 3; ++d) {
-      l[d] = row[end].x[d] < low[d] ? row[end].x[d] : low[d];
-      h[d] = row[end].x[d] > high[d] ? row[end].x[d] : high[d];
-      near = near && h[d] - l[d] <= width;
-    }
-    if (!near) break;
-    for (int d = 0; d < 3; ++d) {
-      low[d] = l[d];
-      high[d] = h[d];
-    }
-    reach = row[end].limit.high > reach ? row[end].limit.high : reach;
-  }
-  for (int d = 0; d < 3; ++d) {
-    box.low[d] = all(low[d]);
-    box.high[d] = all(high[d]);
-  }
-  box.reach = all(reach);
-  return end;
 }
 
 /// The next party, and the leaves within its reach. Returns the number of leaves.
@@ -477,32 +489,27 @@ template <bool symmetric>
 void find_rows_as(const OctreeView& tree, const RowQuery& query, std::size_t first, std::size_t last, RowScratch& s) {
   std::size_t n_stored = 0;
   Party p;
-  Row row[party_rows];
   std::uint32_t* n_neighbours = s.count;
   for (std::size_t k = first; k < last; k += p.n) {
     const std::size_t n_leaves = meet<symmetric>(tree, query, k, last, p, s);
     set_frame<symmetric>(p, query, s.leaf, n_leaves);
     const std::size_t n = pack_for_party<symmetric>(tree, query, p, n_leaves, s);
     if (query.sorted && !tree.in_order && !ascending(s.party.id, n)) s.sort_party(n, symmetric);
-    pad<symmetric>(s.party, n);
+    const std::size_t n_blocks = box_blocks<symmetric>(s.party, n, s.block);
     for (std::size_t a = 0; a < p.n; ++a) {
-      for (int d = 0; d < 3; ++d) row[a].x[d] = in_frame(p, d, tree.x[d][p.place[a]]);
-      row[a].limit = thresholds(query.radius[p.place[a]] * p.scale);
-    }
-    const float width = group_width * static_cast<float>(p.smallest * p.scale);
-    for (std::size_t a = 0; a < p.n;) {
-      Box box;
-      const std::size_t end = n <= few_candidates ? p.n : next_group(row, a, p.n, width, box);
-      const bool whole = end - a == p.n;
-      const std::size_t m = whole ? n : pack_for_group<symmetric>(box, n, s.party, s.group);
-      const Candidates& from = whole ? s.party : s.group;
-      if (!whole) pad<symmetric>(from, m);
-      for (; a < end; ++a) {
-        if (n_stored + m + 2 * lanes > s.row_room) s.grow_rows(n_stored + m + 2 * lanes);
-        const std::size_t found = find_row<symmetric>(tree, query, row[a], p.place[a], m, from, s.row + n_stored);
-        *n_neighbours++ = static_cast<std::uint32_t>(found);
-        n_stored += found;
-      }
+      const std::uint32_t place = p.place[a];
+      Row row;
+      for (int d = 0; d < 3; ++d) row.x[d] = in_frame(p, d, tree.x[d][place]);
+      row.limit = thresholds(query.radius[place] * p.scale);
+      const std::size_t n_near = find_blocks<symmetric>(row, n_blocks, s.block, s.near);
+      const std::size_t needed = n_stored + n_near * block + lanes;
+      if (needed > s.row_room) s.grow_rows(needed);
+      std::uint32_t* const to = s.row + n_stored;
+      bool sure;
+      std::size_t found = find_row<symmetric, false>(tree, query, row, place, s.party, s.near, n_near, to, sure);
+      if (!sure) found = find_row<symmetric, true>(tree, query, row, place, s.party, s.near, n_near, to, sure);
+      *n_neighbours++ = static_cast<std::uint32_t>(found);
+      n_stored += found;
     }
   }
 }

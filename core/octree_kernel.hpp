@@ -12,6 +12,7 @@ namespace core {
 
 constexpr std::size_t octree_padding = 16;  ///< readable entries behind the n of x, order and radius
 constexpr std::size_t octree_leaf = 16;     ///< most points of a leaf
+constexpr std::size_t octree_block = 16;    ///< candidates of a block
 constexpr std::size_t octree_fan = 8;       ///< nodes of one level that make a node of the next
 
 struct OctreeView {
@@ -39,10 +40,17 @@ struct Candidates {
   std::uint32_t* id = nullptr;
 };
 
-/// Work space for a block of rows, and its result: the rows one after the other and the length of each. The kernels use
+/// Boxes of blocks of candidates, and the greatest of their limits (symmetric queries only).
+struct Blocks {
+  float *low[3] = {}, *high[3] = {}, *reach = nullptr;
+};
+
+/// Work space for a number of rows, and its result: the rows one after the other and the length of each. The kernels use
 /// the pointers only; growing is out of line, so that no library template is compiled for a set the machine may lack.
 struct RowScratch {
-  Candidates party, group;
+  Candidates party;
+  Blocks block;
+  std::uint32_t* near = nullptr;                   // blocks within reach of a row
   std::uint32_t *leaf = nullptr, *node = nullptr;  // leaves within reach of a party, and nodes on the way to them
   std::uint32_t* row = nullptr;
   std::uint32_t* count = nullptr;
@@ -60,10 +68,11 @@ struct RowScratch {
  private:
   std::vector<std::uint32_t>* list_ = nullptr;
   std::size_t list_first_ = 0;
+  Candidates sorted_;
   void sort_slots(std::size_t n);
 
   std::vector<float> real_;
-  std::vector<std::uint32_t> id_, leaf_, node_, row_, count_, slot_, stray_;
+  std::vector<std::uint32_t> id_, near_, leaf_, node_, row_, count_, slot_, stray_;
 };
 
 namespace baseline {

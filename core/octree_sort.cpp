@@ -113,6 +113,8 @@ void MortonSort::mark_strays() {
 /// Sorts key_ into index_ and key_ if at most a quarter of the points is out of place; else does nothing.
 bool MortonSort::merge_nearly_sorted() {
   const std::size_t n = key_.size();
+  const auto falls = sum(n, std::size_t{0}, [&](std::size_t i) { return std::size_t{i > 0 && key_[i] < key_[i - 1]}; });
+  if (8 * falls > n) return false;  // each makes two strays, as a rule
   mark_strays();
   std::vector<std::size_t> kept_before(n_pieces(n) + 1, 0);
   for_each_block(n, piece, [&](std::size_t first, std::size_t last) {
@@ -175,47 +177,47 @@ bool MortonSort::merge_nearly_sorted() {
 }
 
 /// Stable: equal keys keep their order. By the upper half of the keys, which tells nearly all points apart, digit by digit;
-/// the few that share it are put in order where they stand.
+/// the few that share it are put in order where they stand. What is moved about is that half and the place in `key`, one word.
 void MortonSort::radix_sort(std::vector<std::uint64_t>& key, std::vector<std::uint32_t>& index) {
-  constexpr int digit_bits = 11, first_bit = 63 - 3 * digit_bits;
+  constexpr int digit_bits = 11, place_bits = 32, first_bit = 63 - (64 - place_bits);
   constexpr std::size_t n_digits = std::size_t{1} << digit_bits;
   const std::size_t n = key.size();
   if (n < 1024) return sort_run(key.data(), index.data(), n);
+  word_.resize(n);
   key_2_.resize(n);
   index_2_.resize(n);
-  std::vector<std::array<std::uint32_t, n_digits>> start(n_pieces(n));
-  for (int shift = first_bit; shift < 63; shift += digit_bits) {
-    const auto digit = [shift](std::uint64_t k) { return k >> shift & (n_digits - 1); };
+  for_each(n, [&](std::size_t i) { word_[i] = key[i] >> first_bit << place_bits | i; });
+  std::vector<std::uint32_t> start(n_digits * n_pieces(n));  // of each digit and piece, in this order
+  for (int shift = place_bits; shift < 64; shift += digit_bits) {
+    const auto digit = [shift](std::uint64_t w) { return w >> shift & (n_digits - 1); };
     for_each_block(n, piece, [&](std::size_t first, std::size_t last) {
-      auto& count = start[first / piece];
-      count.fill(0);
-      for (std::size_t i = first; i < last; ++i) ++count[digit(key[i])];
+      std::array<std::uint32_t, n_digits> count{};
+      for (std::size_t i = first; i < last; ++i) ++count[digit(word_[i])];
+      for (std::size_t d = 0; d < n_digits; ++d) start[d * n_pieces(n) + first / piece] = count[d];
     });
     std::uint32_t total = 0;
-    for (std::size_t d = 0; d < n_digits; ++d)
-      for (auto& s : start) {
-        const std::uint32_t count = s[d];
-        s[d] = total;
-        total += count;
-      }
+    for (std::uint32_t& s : start) total += std::exchange(s, total);
     for_each_block(n, piece, [&](std::size_t first, std::size_t last) {
-      auto& at = start[first / piece];
-      for (std::size_t i = first; i < last; ++i) {
-        const std::uint32_t to = at[digit(key[i])]++;
-        key_2_[to] = key[i];
-        index_2_[to] = index[i];
-      }
+      std::array<std::uint32_t, n_digits> at;
+      for (std::size_t d = 0; d < n_digits; ++d) at[d] = start[d * n_pieces(n) + first / piece];
+      for (std::size_t i = first; i < last; ++i) key_2_[at[digit(word_[i])]++] = word_[i];
     });
-    key.swap(key_2_);
-    index.swap(index_2_);
+    word_.swap(key_2_);
   }
+  for_each(n, [&](std::size_t k) {
+    const auto from = static_cast<std::uint32_t>(word_[k]);
+    key_2_[k] = key[from];
+    index_2_[k] = index[from];
+  });
+  key.swap(key_2_);
+  index.swap(index_2_);
   const auto upper = [&](std::size_t k) { return key[k] >> first_bit; };
   for_each_block(n, piece, [&](std::size_t first, std::size_t last) {  // those that begin in this piece
     while (first > 0 && first < last && upper(first) == upper(first - 1)) ++first;
     for (std::size_t end; first < last; first = end) {
       end = first + 1;
       while (end < n && upper(end) == upper(first)) ++end;
-      sort_run(&key[first], &index[first], end - first);
+      if (end - first > 1) sort_run(&key[first], &index[first], end - first);
     }
   });
 }

@@ -30,7 +30,7 @@ class MortonSort {
   static void sort_crowds(std::span<const Vec3> x, Isa isa, std::span<const std::uint64_t> key,
                           std::span<std::uint32_t> order);
 
-  std::vector<std::uint64_t> key_, key_2_;
+  std::vector<std::uint64_t> key_, key_2_, word_;
   std::vector<std::uint32_t> index_, index_2_;
   std::vector<unsigned char> stray_;
 };
