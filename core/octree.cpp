@@ -227,7 +227,8 @@ void Octree::find_rows(const RowQuery& query, std::vector<std::uint64_t>& start,
   list.resize(start[n_]);
 }
 
-void Octree::find(std::span<const double> radius, bool symmetric, RowOrder rows, Neighbours& result) const {
+void Octree::find(std::span<const double> radius, bool symmetric, RowOrder rows, std::span<const std::uint8_t> wanted,
+                  Neighbours& result) const {
   const std::size_t n = n_;
   if (radius.size() != n)
     throw std::invalid_argument("octree: " + std::to_string(radius.size()) + " radii for " + std::to_string(n) + " points");
@@ -237,7 +238,7 @@ void Octree::find(std::span<const double> radius, bool symmetric, RowOrder rows,
   if (differ) for_each(n, [&](std::size_t k) { own[k] = std::min(radius[order_[k]], largest); });
   std::vector<double> node_radius_2;
   if (symmetric && differ) node_radius_2 = largest_squared_radii(own);
-  RowQuery query{own.data(), node_radius_2.empty() ? nullptr : node_radius_2.data(), true, false};
+  RowQuery query{own.data(), node_radius_2.empty() ? nullptr : node_radius_2.data(), true, false, wanted.empty() ? nullptr : wanted.data()};
 
   if (rows == RowOrder::along_curve) return find_rows(query, result.start, result.list);
   // Where the points are stored nearly along the curve, rows are found by index and are in their place at once.
@@ -246,12 +247,13 @@ void Octree::find(std::span<const double> radius, bool symmetric, RowOrder rows,
     return find_rows(query, result.start, result.list);
   }
   Neighbours found;
-  query.sorted = !symmetric;
+  const bool mutual = symmetric && wanted.empty();
+  query.sorted = !mutual;
   find_rows(query, found.start, found.list);
   result.start.assign(n + 1, 0);
   for (std::size_t i = 0; i < n; ++i) result.start[i + 1] = result.start[i] + found.of(rank_[i]).size();
   result.list.resize(result.start[n]);
-  if (!symmetric) {
+  if (!mutual) {
     for_each(n, [&](std::size_t i) {
       const auto row = found.of(rank_[i]);
       std::copy(row.begin(), row.end(), result.list.data() + result.start[i]);
@@ -269,12 +271,12 @@ void Octree::find(std::span<const double> radius, bool symmetric, RowOrder rows,
   });
 }
 
-void Octree::neighbours(std::span<const double> radius, bool symmetric, Neighbours& result) const {
-  find(radius, symmetric, RowOrder::by_index, result);
+void Octree::neighbours(std::span<const double> radius, bool symmetric, Neighbours& result, std::span<const std::uint8_t> wanted) const {
+  find(radius, symmetric, RowOrder::by_index, wanted, result);
 }
 
 void Octree::neighbours_along_curve(std::span<const double> radius, bool symmetric, Neighbours& result) const {
-  find(radius, symmetric, RowOrder::along_curve, result);
+  find(radius, symmetric, RowOrder::along_curve, {}, result);
 }
 
 void Octree::in_box(const Vec3& low, const Vec3& high, std::vector<std::uint32_t>& found) const {

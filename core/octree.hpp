@@ -45,7 +45,8 @@ class Octree {
   /// All pairs with |x_i - x_j| < max(radius_i, radius_j) where `symmetric`, else < radius_i: exactly those for which
   /// dx*dx + dy*dy + dz*dz < r*r in double arithmetic. Radii may differ by any factor. Row i is that of point i, sorted.
   /// About as quick as rows along the curve where points are stored along it; else sorting costs up to several times as much.
-  void neighbours(std::span<const double> radius, bool symmetric, Neighbours& result) const;
+  /// Where `wanted` is given, [point], rows of points that it marks with 0 stay empty.
+  void neighbours(std::span<const double> radius, bool symmetric, Neighbours& result, std::span<const std::uint8_t> wanted = {}) const;
 
   /// The same pairs as they are found: row k is that of point order()[k], its entries in the order of the curve.
   void neighbours_along_curve(std::span<const double> radius, bool symmetric, Neighbours& result) const;
@@ -63,7 +64,7 @@ class Octree {
 
  private:
   enum class RowOrder { by_index, along_curve };
-  void find(std::span<const double> radius, bool symmetric, RowOrder rows, Neighbours& result) const;
+  void find(std::span<const double> radius, bool symmetric, RowOrder rows, std::span<const std::uint8_t> wanted, Neighbours& result) const;
   void find_rows(const RowQuery& query, std::vector<std::uint64_t>& start, std::vector<std::uint32_t>& list) const;
   OctreeView view() const;
   void cut_leaves();

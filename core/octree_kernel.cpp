@@ -490,7 +490,13 @@ void find_rows_as(const OctreeView& tree, const RowQuery& query, std::size_t fir
   std::size_t n_stored = 0;
   Party p;
   std::uint32_t* n_neighbours = s.count;
+  const auto wanted = [&](std::size_t index) { return !query.wanted || query.wanted[index]; };
   for (std::size_t k = first; k < last; k += p.n) {
+    if (!wanted(query.along_curve ? tree.order[k] : k)) {
+      *n_neighbours++ = 0;
+      p.n = 1;
+      continue;
+    }
     const std::size_t n_leaves = meet<symmetric>(tree, query, k, last, p, s);
     set_frame<symmetric>(p, query, s.leaf, n_leaves);
     const std::size_t n = pack_for_party<symmetric>(tree, query, p, n_leaves, s);
@@ -498,6 +504,10 @@ void find_rows_as(const OctreeView& tree, const RowQuery& query, std::size_t fir
     const std::size_t n_blocks = box_blocks<symmetric>(s.party, n, s.block);
     for (std::size_t a = 0; a < p.n; ++a) {
       const std::uint32_t place = p.place[a];
+      if (!wanted(tree.order[place])) {
+        *n_neighbours++ = 0;
+        continue;
+      }
       Row row;
       for (int d = 0; d < 3; ++d) row.x[d] = in_frame(p, d, tree.x[d][place]);
       row.limit = thresholds(query.radius[place] * p.scale);

@@ -31,6 +31,7 @@ struct RowQuery {
   const double* node_radius_2;  ///< largest squared radius in each node; null: only the radius of the row's point counts
   bool along_curve;             ///< rows by place on the curve, else by index
   bool sorted;                  ///< by index within each row; if not, the order has no meaning
+  const std::uint8_t* wanted;   ///< [index] 0 where the row may stay empty; null: all rows are wanted
 };
 
 /// Candidates side by side: coordinates in their party's frame, the limits of the squared distance that follow from their

@@ -142,25 +142,38 @@ static void add_images(Neighbourhood& hood, std::uint32_t mirror, double reach) 
   }
 }
 
-/// Foreigners feel particles and their images only, and images feel nothing.
-static void drop_idle_pairs(Neighbourhood& hood) {
+/// 1 for particles, and for their images where there are foreigners; nothing where there are only particles.
+static std::vector<std::uint8_t> wanted_rows(const Neighbourhood& hood) {
   const std::size_t n_real = hood.n_particles + hood.n_foreign;
-  std::vector<std::uint8_t> is_particle(hood.actors.size(), 0);
-  for (std::size_t j = 0; j < is_particle.size(); ++j)
-    is_particle[j] = j < hood.n_particles || (j >= n_real && is_particle[hood.images[j - n_real].source]);
-  auto& start = hood.pairs.start;
-  std::uint32_t* const list = hood.pairs.list.data();
-  std::uint64_t end = start[hood.n_particles], k = end;
-  for (std::size_t i = hood.n_particles; i < n_real; ++i) {
-    start[i] = end;
-    for (; k < start[i + 1]; ++k) {
-      list[end] = list[k];
-      end += is_particle[list[k]];
-    }
-  }
-  start.resize(n_real + 1);
-  start[n_real] = end;
-  hood.pairs.list.resize(end);
+  if (hood.actors.size() == hood.n_particles) return {};
+  std::vector<std::uint8_t> wanted(hood.actors.size(), 0);
+  std::fill_n(wanted.begin(), hood.n_particles, 1);
+  if (hood.n_foreign > 0)
+    for (std::size_t j = n_real; j < wanted.size(); ++j) wanted[j] = wanted[hood.images[j - n_real].source];
+  return wanted;
+}
+
+/// Foreigners feel particles and their images only, and images feel nothing: from the rows of the first two, which are all
+/// there are, come those of the foreigners, and those of the images go.
+static void turn_rows(Neighbourhood& hood) {
+  const std::size_t n = hood.n_particles, n_real = n + hood.n_foreign;
+  auto& [start, list] = hood.pairs;
+  const auto each_foreign_pair = [&](auto&& f) {
+    for (std::size_t j = 0; j + 1 < start.size(); ++j)
+      for (std::uint64_t k = start[j]; k < start[j + 1]; ++k)
+        if (list[k] >= n && list[k] < n_real) f(list[k], static_cast<std::uint32_t>(j));
+  };
+  std::vector<std::uint64_t> row(hood.n_foreign + 1, 0);
+  each_foreign_pair([&](std::uint32_t foreigner, std::uint32_t) { ++row[foreigner - n + 1]; });
+  row[0] = start[n];
+  for (std::size_t k = 0; k < hood.n_foreign; ++k) row[k + 1] += row[k];
+  std::vector<std::uint32_t> rows(row.back() - start[n]);
+  std::vector<std::uint64_t> next = row;
+  each_foreign_pair([&](std::uint32_t foreigner, std::uint32_t j) { rows[next[foreigner - n]++ - start[n]] = j; });
+  start.resize(n);
+  start.insert(start.end(), row.begin(), row.end());
+  list.resize(row[0]);
+  list.insert(list.end(), rows.begin(), rows.end());
 }
 
 void build(Neighbourhood& hood, const std::vector<Vec3>& watched_x, double outside_speed) {
@@ -195,8 +208,8 @@ void build(Neighbourhood& hood, const std::vector<Vec3>& watched_x, double outsi
   }
   core::Octree tree;
   tree.build(hood.x_built);
-  tree.neighbours(radius, true, hood.pairs);
-  drop_idle_pairs(hood);
+  tree.neighbours(radius, true, hood.pairs, wanted_rows(hood));
+  turn_rows(hood);
   hood.near_start.assign(n_real + 1, 0);
   hood.n_near.resize(n_real);
   hood.mixed.resize(n_real);

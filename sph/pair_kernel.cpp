@@ -633,6 +633,7 @@ void foreign_forces(const PairView& v, const ParticleSettings& s, const AnchorVi
       at.pair.flow(v, own, near.id);
       find_push(v, s, own, at.pair, near, at.kinds, own.same(at.kinds));
       each_half([&](auto half) {
+        if (8 * half >= near.left) return;  // foreigners have few near ones: mostly one half is filling
         PairForce f;
         pair_force<half>(v, i, near, at, f);
         weigh_anchors<half>(v, anchors, i, at, anchors.scratch);
@@ -661,6 +662,7 @@ void foreign_work(const PairView& v, const AnchorView& anchors, std::size_t firs
     for (NearGroup near(v, i); near.left > 0; near.advance()) {
       const ForeignGroup at(v, own, near);
       each_half([&](auto half) {
+        if (8 * half >= near.left) return;  // foreigners have few near ones: mostly one half is filling
         PairForce f;
         pair_force<half>(v, i, near, at, f);
         weigh_anchors<half>(v, anchors, i, at, anchors.scratch);

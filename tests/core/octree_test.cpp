@@ -160,6 +160,22 @@ static Neighbours by_index(const Neighbours& found, const Octree& tree) {
   return sorted;
 }
 
+/// Every third point of every other 64.
+static std::vector<std::uint8_t> every_third(std::size_t n) {
+  std::vector<std::uint8_t> wanted(n);
+  for (std::size_t i = 0; i < n; ++i) wanted[i] = i / 64 % 2 == 0 ? i % 3 == 0 : 0;
+  return wanted;
+}
+static Neighbours only(const Neighbours& all, const std::vector<std::uint8_t>& wanted) {
+  Neighbours some{.start = {0}, .list = {}};
+  for (std::size_t i = 0; i < wanted.size(); ++i) {
+    if (wanted[i])
+      for (const auto j : all.of(i)) some.list.push_back(j);
+    some.start.push_back(some.list.size());
+  }
+  return some;
+}
+
 struct OctreeTest : testing::Test {
   void TearDown() override { core::set_threads(1); }
 };
@@ -179,6 +195,10 @@ TEST_F(OctreeTest, NeighboursAreThoseOfBruteForce) {
             tree.neighbours(r, symmetric, found);
             expect_equal(found, expected, c.name + " cloud, radii: " + name + (symmetric ? ", symmetric" : "") + ", isa " +
                                               std::to_string(static_cast<int>(isa)));
+            if (HasFatalFailure()) return;
+            const auto some = every_third(c.x.size());
+            tree.neighbours(r, symmetric, found, some);
+            expect_equal(found, only(expected, some), c.name + " cloud, every third row, radii: " + name);
             if (HasFatalFailure()) return;
             if (isa != core::isa()) continue;
             tree.neighbours_along_curve(r, symmetric, found);
