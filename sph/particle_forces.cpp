@@ -129,6 +129,8 @@ static Mat3 at_mid_step(const Mat3& l, double dt) {
   return det > 0.1 ? Mat3(l * f.inverse()) : l;
 }
 
+constexpr double unlimited = 1e300;  ///< step of a particle in free flight: nothing acts on it
+
 /// Stable step [s]: h / (c + 0.6 (alpha c + beta mu)) as Monaghan (1992, section 10) has it, times 0.5. What bears shear and goes
 /// smoothly is stable to twice as much (bars, rings); gases behind a shock lose density from half as much again (Noh).
 static double stable_step(double h, double c, bool firm, const ParticleSettings& s, double approach) {
@@ -154,7 +156,7 @@ void pair_work(const ParticleSettings& settings, double dt_kick, double dt_drift
       p.stretch[i] = l.diagonal();
       p.shear[i] = 0.5 * Vec3(l(0, 1) + l(1, 0), l(1, 2) + l(2, 1), l(2, 0) + l(0, 2));
       const bool firm = (hood.actors.kind[i] & firm_bit) != 0;
-      p.dt[i] = stable_step(p.h[i], p.pt.c[i], firm, settings, hood.approach[i]);
+      p.dt[i] = hood.n_near[i] > 0 ? stable_step(p.h[i], p.pt.c[i], firm, settings, hood.approach[i]) : unlimited;
     }
   });
   for_each_foreign_block(hood, [&](std::size_t first, std::size_t last, const AnchorView& anchors) {
