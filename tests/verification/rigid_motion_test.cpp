@@ -74,6 +74,26 @@ TEST(PatchTest, AffineMotionGivesConstantStressAndNoForceInside) {
   }
 }
 
+TEST(FlatElements, KeepStill) {
+  // A plate two elements thick, each 60 times as wide as thick: nothing but its own stresses acts on it, and it is nudged.
+  constexpr double width = 6e-3, thickness = 1e-4, speed = 1e-3;
+  Rig r;
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> u(-speed, speed);
+  r.add(fem::box(line(0, 4 * width, 4), line(0, 4 * width, 4), line(0, 2 * thickness, 2)), aluminium(),
+        [&](const Vec3&) { return Vec3(u(random), u(random), u(random)); });
+  r.begin();
+  const double first = app::totals(*r.s).kinetic;
+  double most = 0;
+  for (int k = 0; k < 600; ++k) {
+    app::choose_step(*r.s, 1e300);
+    app::step(*r.s);
+    most = std::max(most, app::totals(*r.s).kinetic);
+  }
+  report("greatest kinetic energy / first", most / first, 1);
+  EXPECT_LT(most, 1.01 * first);
+}
+
 /// One full turn about an axis, nodes led exactly on their circles by the program's own step. `prestress`: deviatoric
 /// stress at the start, fixed to the material. Returns the largest change of the stress seen from the material.
 double turn(bool prestressed, double* volume_change) {
