@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fem/criteria.hpp"
 
+#include <bit>
 #include <cmath>
 
 #include "core/parallel.hpp"
@@ -59,18 +60,29 @@ static bool too_distorted(const Mesh& mesh, std::size_t el, const Criteria& c, d
   return jacobian_ratio(x) > c.jacobian_ratio * e.ratio_0[el] || smallest_angle(x) < c.min_angle;
 }
 
+/// Has one of a block's elements collapsed, or been deformed enough to be looked at?
+static bool worth_a_look(const Elements& e, std::size_t first, double collapse, double from) {
+  bool any = false;
+  for (std::size_t el = first; el < first + block_size; ++el) any |= (e.dt[el] < collapse * e.dt_0[el]) | (e.deformation[el] >= from);
+  return any;
+}
+
 std::vector<std::uint32_t> flag_elements(const Mesh& mesh, const Criteria& criteria, const std::vector<double>& rho_0,
                                          double from) {
+  static_assert(block_size <= 8);
   const Elements& e = mesh.elements;
-  std::vector<std::uint8_t> flag(n_awake(mesh));
-  const auto row = [&](std::size_t k) { return mesh.awake_blocks[k / block_size] * block_size + k % block_size; };
-  core::for_each(flag.size(), [&](std::size_t k) {
-    const std::size_t el = row(k);
-    flag[k] = e.alive[el] && too_distorted(mesh, el, criteria, rho_0[e.body[el]], from);
+  std::vector<std::uint8_t> flags(mesh.awake_blocks.size(), 0);  // one bit an element
+  core::for_each(flags.size(), [&](std::size_t b) {
+    const std::size_t first = mesh.awake_blocks[b] * block_size;
+    if (!worth_a_look(e, first, criteria.collapse, from)) return;
+    for (std::size_t l = 0; l < block_size; ++l)
+      if (e.alive[first + l] && too_distorted(mesh, first + l, criteria, rho_0[e.body[first + l]], from))
+        flags[b] = static_cast<std::uint8_t>(flags[b] | 1u << l);
   });
   std::vector<std::uint32_t> flagged;
-  for (std::size_t k = 0; k < flag.size(); ++k)
-    if (flag[k]) flagged.push_back(static_cast<std::uint32_t>(row(k)));
+  for (std::size_t b = 0; b < flags.size(); ++b)
+    for (unsigned left = flags[b]; left != 0; left &= left - 1)
+      flagged.push_back(static_cast<std::uint32_t>(mesh.awake_blocks[b] * block_size + static_cast<std::size_t>(std::countr_zero(left))));
   return flagged;
 }
 
