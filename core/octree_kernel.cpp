@@ -278,7 +278,9 @@ inline Bits nodes_in_reach(const OctreeView& tree, const RowQuery& query, const 
 
 /// Finds the leaves within reach of the party, level by level and in order, in s.leaf. Returns their number.
 template <bool symmetric>
-std::size_t descend(const OctreeView& tree, const RowQuery& query, const Party& p, RowScratch& s) {
+std::size_t descend(const OctreeView& whole, const RowQuery& query, const Party& party, RowScratch& s) {
+  const OctreeView tree = whole;  // copies, which the numbers stored cannot change
+  const Party p = party;
   std::size_t n = 1;
   s.leaf[0] = 0;
   for (int level = tree.n_levels - 1; level >= 0; --level) {
@@ -286,10 +288,12 @@ std::size_t descend(const OctreeView& tree, const RowQuery& query, const Party& 
     s.leaf = s.node;
     s.node = above;
     if (n * octree_fan + 2 * lanes > s.node_room) s.grow_nodes(n * octree_fan + 2 * lanes);
+    const std::uint32_t* const node = s.node;
+    const std::size_t first = tree.level[level];
     std::uint32_t* end = s.leaf;
     for (std::size_t k = 0; k < n; ++k) {
-      const std::uint32_t child = s.node[k] * octree_fan;
-      const Bits hit = nodes_in_reach<symmetric>(tree, query, p, tree.level[level] + child);
+      const std::uint32_t child = node[k] * octree_fan;
+      const Bits hit = nodes_in_reach<symmetric>(tree, query, p, first + child);
       end = store_numbers(end, hit, child);
     }
     n = static_cast<std::size_t>(end - s.leaf);
@@ -528,15 +532,16 @@ void find_rows_as(const OctreeView& tree, const RowQuery& query, std::size_t fir
     const std::size_t n_blocks = box_blocks<symmetric>(s.party, n, s.block);
     const bool few = n_blocks <= few_blocks;
     if (few) store_numbers(s.near, first_lanes(n_blocks), 0);
+    Row row;
+    row.limit = thresholds(p.radius * p.scale);
     for (std::size_t a = 0; a < p.n; ++a) {
       const std::uint32_t place = p.place[a];
       if (!wanted(tree.order[place])) {
         *n_neighbours++ = 0;
         continue;
       }
-      Row row;
       for (int d = 0; d < 3; ++d) row.x[d] = in_frame(p, d, tree.x[d][place]);
-      row.limit = thresholds(query.radius[place] * p.scale);
+      if (p.smallest < p.radius) row.limit = thresholds(query.radius[place] * p.scale);
       const std::size_t n_near = few ? n_blocks : find_blocks<symmetric>(row, n_blocks, s.block, s.near);
       const std::size_t needed = n_stored + n_near * block + lanes;
       if (needed > s.row_room) s.grow_rows(needed);
