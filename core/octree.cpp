@@ -20,10 +20,10 @@ namespace {
 constexpr std::size_t leaf_least = 8;      // points of a leaf, the last of a piece aside
 constexpr std::size_t leaf_piece = 4096;               // points whose leaves are cut together
 constexpr std::size_t row_block = 256;                 // rows that are found together
-constexpr std::size_t far_on_curve = 64;               // places
+constexpr std::uint32_t far_on_curve = 64;              // places
 
-template <class T>
-void grow(std::vector<T>& a, T*& pointer, std::size_t n) {
+template <class V>
+void grow(V& a, typename V::value_type*& pointer, std::size_t n) {
   a.resize(n);
   pointer = a.data();
 }
@@ -78,10 +78,9 @@ void Octree::build(std::span<const Vec3> x) {
     const Vec3& p = x[order_[k]];
     for (int d = 0; d < 3; ++d) x_[d][k] = p[d];
   });
-  in_order_ = sum(n, std::size_t{0}, [&](std::size_t k) { return std::size_t{order_[k] != k}; }) == 0;
-  jumps_ = sum(n, std::size_t{0}, [&](std::size_t i) {
-    const std::size_t a = rank_[i], b = i + 1 < n ? rank_[i + 1] : a;
-    return std::size_t{(a > b ? a - b : b - a) > far_on_curve};
+  in_order_ = sum(n, std::uint32_t{0}, [&](std::size_t k) { return std::uint32_t{order_[k] != k}; }) == 0;
+  jumps_ = sum(std::max<std::size_t>(n, 1) - 1, std::uint32_t{0}, [&](std::size_t i) {
+    return std::uint32_t{rank_[i + 1] - rank_[i] + far_on_curve > 2 * far_on_curve};  // forwards or back, modulo 2^32
   });
   cut_leaves();
   box_nodes();
@@ -136,14 +135,15 @@ void Octree::box_nodes() {
     box_[3 + d].assign(n_nodes, -inf);
   }
   for_each(n_leaves, [&](std::size_t l) {
-    for (int d = 0; d < 3; ++d) {
-      double low = inf, high = -inf;
-      for (std::size_t k = leaf_[l]; k < leaf_[l + 1]; ++k) {
-        low = std::min(low, x_[d][k]);
-        high = std::max(high, x_[d][k]);
+    double low[3] = {inf, inf, inf}, high[3] = {-inf, -inf, -inf};
+    for (std::size_t k = leaf_[l]; k < leaf_[l + 1]; ++k)
+      for (int d = 0; d < 3; ++d) {
+        low[d] = std::min(low[d], x_[d][k]);
+        high[d] = std::max(high[d], x_[d][k]);
       }
-      box_[d][l] = low;
-      box_[3 + d][l] = high;
+    for (int d = 0; d < 3; ++d) {
+      box_[d][l] = low[d];
+      box_[3 + d][l] = high[d];
     }
   });
   for (std::size_t level = 1; level < level_.size(); ++level) {
@@ -172,8 +172,8 @@ OctreeView Octree::view() const {
 }
 
 /// For each node, the largest squared radius of its points.
-std::vector<double> Octree::largest_squared_radii(std::span<const double> radius) const {
-  std::vector<double> most(box_[0].size(), 0.0);
+Aligned<double> Octree::largest_squared_radii(std::span<const double> radius) const {
+  Aligned<double> most(box_[0].size(), 0.0);
   for_each(leaf_.size() - 1, [&](std::size_t l) {
     for (std::size_t k = leaf_[l]; k < leaf_[l + 1]; ++k) most[l] = std::max(most[l], radius[k] * radius[k]);
   });
@@ -236,7 +236,7 @@ void Octree::find(std::span<const double> radius, bool symmetric, RowOrder rows,
   const bool differ = sum(n, std::size_t{0}, [&](std::size_t i) { return std::size_t{radius[i] != radius[0]}; }) != 0;
   std::vector<double> own(n + octree_padding, n > 0 ? std::min(radius[0], largest) : 0.0);
   if (differ) for_each(n, [&](std::size_t k) { own[k] = std::min(radius[order_[k]], largest); });
-  std::vector<double> node_radius_2;
+  Aligned<double> node_radius_2;
   if (symmetric && differ) node_radius_2 = largest_squared_radii(own);
   RowQuery query{own.data(), node_radius_2.empty() ? nullptr : node_radius_2.data(), true, false, wanted.empty() ? nullptr : wanted.data()};
 
@@ -314,7 +314,7 @@ RowScratch::RowScratch(std::size_t n_rows) {
 
 void RowScratch::grow_candidates(std::size_t n) {
   candidate_room = (std::max(n, candidate_room + candidate_room / 2) + octree_block - 1) / octree_block * octree_block;
-  const std::size_t block_room = candidate_room / octree_block + octree_padding;
+  const std::size_t block_room = (candidate_room / octree_block + octree_padding) / 16 * 16 + 16;  // whole cache lines
   real_.resize(10 * candidate_room + 7 * block_room);
   id_.resize(2 * candidate_room);
   grow(near_, near, block_room);

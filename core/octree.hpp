@@ -16,6 +16,7 @@
 #include <span>
 #include <vector>
 
+#include "core/aligned.hpp"
 #include "core/isa.hpp"
 #include "core/octree_sort.hpp"
 #include "core/types.hpp"
@@ -69,7 +70,7 @@ class Octree {
   OctreeView view() const;
   void cut_leaves();
   void box_nodes();
-  std::vector<double> largest_squared_radii(std::span<const double> radius_on_curve) const;
+  Aligned<double> largest_squared_radii(std::span<const double> radius_on_curve) const;
 
   Isa isa_ = core::isa();
   MortonSort sort_;
@@ -80,7 +81,7 @@ class Octree {
   std::array<std::vector<double>, 3> x_;     // coordinates along the curve, padded to whole vector registers
   std::vector<std::uint32_t> leaf_;          // first point of each leaf, and n at the end
   std::vector<std::size_t> level_;           // first node of each level, leaves first; multiples of 8
-  std::array<std::vector<double>, 6> box_;   // of each node: low x y z, high x y z; padding nodes are empty
+  std::array<Aligned<double>, 6> box_;       // of each node: low x y z, high x y z; padding nodes are empty
 };
 
 }  // namespace core

@@ -43,19 +43,25 @@ inline Ints numbers(std::uint32_t first) {
   return _mm512_add_epi32(all(first), _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15));
 }
 inline Reals all(double a) { return _mm512_set1_pd(a); }
+inline void store(float* to, Floats a) { _mm512_storeu_ps(to, a); }
+inline void store(std::uint32_t* to, Ints a) { _mm512_storeu_si512(to, a); }
 inline Floats max(Floats a, Floats b) { return _mm512_max_ps(a, b); }
 inline Reals max(Reals a, Reals b) { return _mm512_max_pd(a, b); }
 inline Floats multiply_add(Floats a, Floats b, Floats c) { return _mm512_fmadd_ps(a, b, c); }
+inline Floats lesser_magnitude(Floats a, Floats b) { return _mm512_range_ps(a, b, 0b1010); }
 inline Bits less(Floats a, Floats b) { return _mm512_cmp_ps_mask(a, b, _CMP_LT_OQ); }
 inline Bits less(Reals a, Reals b) { return _mm512_cmp_pd_mask(a, b, _CMP_LT_OQ); }
 inline Bits differ(Bits among, Ints a, Ints b) { return _mm512_mask_cmpneq_epi32_mask(among, a, b); }
 inline float greatest(Floats a) { return _mm512_reduce_max_ps(a); }
 inline int count(Bits m) { return __builtin_popcount(m); }
-inline void store_some(float* to, Bits m, Floats a) {
-  _mm512_storeu_ps(to, _mm512_maskz_compress_ps(static_cast<__mmask16>(m), a));
-}
+// In halves: a whole register would straddle two cache lines nearly always.
 inline void store_some(std::uint32_t* to, Bits m, Ints a) {
-  _mm512_storeu_si512(to, _mm512_maskz_compress_epi32(static_cast<__mmask16>(m), a));
+  const Ints packed = _mm512_maskz_compress_epi32(m, a);
+  _mm256_storeu_si256(reinterpret_cast<__m256i*>(to), _mm512_castsi512_si256(packed));
+  _mm256_storeu_si256(reinterpret_cast<__m256i*>(to + 8), _mm512_extracti64x4_epi64(packed, 1));
+}
+inline void store_some(float* to, Bits m, Floats a) {
+  store_some(reinterpret_cast<std::uint32_t*>(to), m, _mm512_castps_si512(a));
 }
 inline Floats to_floats(Reals a, Reals b) {
   return _mm512_insertf32x8(_mm512_castps256_ps512(_mm512_cvtpd_ps(a)), _mm512_cvtpd_ps(b), 1);
@@ -75,9 +81,15 @@ inline Ints numbers(std::uint32_t first) {
   return _mm256_add_epi32(all(first), _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7));
 }
 inline Reals all(double a) { return _mm256_set1_pd(a); }
+inline void store(float* to, Floats a) { _mm256_storeu_ps(to, a); }
+inline void store(std::uint32_t* to, Ints a) { _mm256_storeu_si256(reinterpret_cast<__m256i*>(to), a); }
 inline Floats max(Floats a, Floats b) { return _mm256_max_ps(a, b); }
 inline Reals max(Reals a, Reals b) { return _mm256_max_pd(a, b); }
 inline Floats multiply_add(Floats a, Floats b, Floats c) { return _mm256_fmadd_ps(a, b, c); }
+inline Floats lesser_magnitude(Floats a, Floats b) {
+  const Floats sign = all(-0.0f);
+  return _mm256_min_ps(_mm256_andnot_ps(sign, a), _mm256_andnot_ps(sign, b));
+}
 inline Bits less(Floats a, Floats b) { return static_cast<Bits>(_mm256_movemask_ps(_mm256_cmp_ps(a, b, _CMP_LT_OQ))); }
 inline Bits less(Reals a, Reals b) { return static_cast<Bits>(_mm256_movemask_pd(_mm256_cmp_pd(a, b, _CMP_LT_OQ))); }
 inline Bits differ(Bits among, Ints a, Ints b) {
@@ -129,6 +141,8 @@ inline Ints all(std::uint32_t a) {
 }
 inline Ints numbers(std::uint32_t first) { return all(first) + Ints{0, 1, 2, 3}; }
 inline Reals all(double a) { return Reals{a, a}; }
+inline void store(float* to, Floats a) { __builtin_memcpy(to, &a, sizeof a); }
+inline void store(std::uint32_t* to, Ints a) { __builtin_memcpy(to, &a, sizeof a); }
 inline Floats max(Floats a, Floats b) { return a > b ? a : b; }
 inline float greatest(Floats a) {
   const float b = a[0] > a[1] ? a[0] : a[1], c = a[2] > a[3] ? a[2] : a[3];
@@ -136,6 +150,7 @@ inline float greatest(Floats a) {
 }
 inline Reals max(Reals a, Reals b) { return a > b ? a : b; }
 inline Floats multiply_add(Floats a, Floats b, Floats c) { return a * b + c; }
+inline Floats lesser_magnitude(Floats a, Floats b) { return -max(-max(a, -a), -max(b, -b)); }
 inline Bits lane_bits(Ints m) {
 #ifdef __SSE2__
   return static_cast<Bits>(_mm_movemask_ps(reinterpret_cast<__m128>(m)));
@@ -171,16 +186,23 @@ inline Bits first_lanes(std::size_t n) { return static_cast<Bits>(n < lanes ? (1
 
 /// Stores first + k for each bit k of eight. Returns the end.
 inline std::uint32_t* store_numbers(std::uint32_t* to, Bits m, std::uint32_t first) {
+#ifdef __AVX512F__
+  const __m256i eight = _mm512_castsi512_si256(numbers(first));
+  _mm256_storeu_si256(reinterpret_cast<__m256i*>(to), _mm256_maskz_compress_epi32(static_cast<__mmask8>(m), eight));
+  return to + count(m);
+#else
   for (std::uint32_t k = 0; k < 8; k += lanes) {
     const Bits part = m >> k & first_lanes(lanes);
     store_some(to, part, numbers(first + k));
     to += count(part);
   }
   return to;
+#endif
 }
 
 constexpr std::size_t party_rows = 128;
 constexpr std::size_t block = octree_block;
+constexpr std::size_t few_blocks = 3;  // of which rows pass over all
 constexpr double party_width = 2.6;  // greatest edge of the box in units of the smallest radius
 // A party of fewer rows (where points are far apart, measured by their radii) may be wider, if that brings few leaves
 // within reach.
@@ -256,7 +278,9 @@ inline Bits nodes_in_reach(const OctreeView& tree, const RowQuery& query, const 
 
 /// Finds the leaves within reach of the party, level by level and in order, in s.leaf. Returns their number.
 template <bool symmetric>
-std::size_t descend(const OctreeView& tree, const RowQuery& query, const Party& p, RowScratch& s) {
+std::size_t descend(const OctreeView& whole, const RowQuery& query, const Party& party, RowScratch& s) {
+  const OctreeView tree = whole;  // copies, which the numbers stored cannot change
+  const Party p = party;
   std::size_t n = 1;
   s.leaf[0] = 0;
   for (int level = tree.n_levels - 1; level >= 0; --level) {
@@ -264,10 +288,12 @@ std::size_t descend(const OctreeView& tree, const RowQuery& query, const Party& 
     s.leaf = s.node;
     s.node = above;
     if (n * octree_fan + 2 * lanes > s.node_room) s.grow_nodes(n * octree_fan + 2 * lanes);
+    const std::uint32_t* const node = s.node;
+    const std::size_t first = tree.level[level];
     std::uint32_t* end = s.leaf;
     for (std::size_t k = 0; k < n; ++k) {
-      const std::uint32_t child = s.node[k] * octree_fan;
-      const Bits hit = nodes_in_reach<symmetric>(tree, query, p, tree.level[level] + child);
+      const std::uint32_t child = node[k] * octree_fan;
+      const Bits hit = nodes_in_reach<symmetric>(tree, query, p, first + child);
       end = store_numbers(end, hit, child);
     }
     n = static_cast<std::size_t>(end - s.leaf);
@@ -362,27 +388,28 @@ inline float least_of_block(const float* a) {
 }
 
 /// Puts boxes around the blocks of n candidates, and behind them some that are never near. Returns the number of blocks.
+/// Few blocks get no boxes.
 template <bool symmetric>
 std::size_t box_blocks(const Candidates& c, std::size_t n, const Blocks& b) {
   const std::size_t n_blocks = (n + block - 1) / block;
   float* const x[3] = {c.x, c.y, c.z};
-  for (std::size_t k = n; k < n_blocks * block; ++k) {  // the last block is filled with what leaves its box as it is
-    for (int d = 0; d < 3; ++d) x[d][k] = x[d][n - 1];
-    c.id[k] = 0;
-    if constexpr (symmetric) c.high[k] = c.low[k] = 0;
+  for (std::size_t k = n; k < n_blocks * block; k += lanes) {  // the last block is filled with what leaves its box as it is
+    for (int d = 0; d < 3; ++d) store(x[d] + k, all(x[d][n - 1]));
+    store(c.id + k, all(std::uint32_t{0}));
+    if constexpr (symmetric) store(c.high + k, all(0.0f)), store(c.low + k, all(0.0f));
   }
-  for (std::size_t k = 0; k < n_blocks; ++k) {
-    for (int d = 0; d < 3; ++d) {
-      b.low[d][k] = least_of_block(x[d] + block * k);
-      b.high[d][k] = greatest_of_block(x[d] + block * k);
+  if (n_blocks > few_blocks) {
+    for (std::size_t k = 0; k < n_blocks; ++k) {
+      for (int d = 0; d < 3; ++d) {
+        b.low[d][k] = least_of_block(x[d] + block * k);
+        b.high[d][k] = greatest_of_block(x[d] + block * k);
+      }
+      if constexpr (symmetric) b.reach[k] = greatest_of_block(c.high + block * k);
     }
-    if constexpr (symmetric) b.reach[k] = greatest_of_block(c.high + block * k);
+    for (int d = 0; d < 3; ++d) store(b.low[d] + n_blocks, all(no_place)), store(b.high[d] + n_blocks, all(no_place));
+    if constexpr (symmetric) store(b.reach + n_blocks, all(0.0f));
   }
-  for (std::size_t k = n; k < n_blocks * block; ++k) c.x[k] = no_place;
-  for (std::size_t k = n_blocks; k < n_blocks + lanes; ++k) {
-    for (int d = 0; d < 3; ++d) b.low[d][k] = b.high[d][k] = no_place;
-    if constexpr (symmetric) b.reach[k] = 0;
-  }
+  for (std::size_t k = n; k < n_blocks * block; k += lanes) store(c.x + k, all(no_place));
   return n_blocks;
 }
 
@@ -430,7 +457,7 @@ std::size_t find_blocks(const Row& own, std::size_t n_blocks, const Blocks& b, s
 }
 
 /// Stores those candidates of the blocks that are neighbours of the point at `place`. Returns their number. Pairs that floats
-/// leave undecided are decided in double where `exact`; else `sure` says whether there were none.
+/// leave undecided are decided in double where `exact`; else `sure` says that there were none.
 template <bool symmetric, bool exact>
 std::size_t find_row(const OctreeView& tree, const RowQuery& query, const Row& own, std::size_t place, const Candidates& all_of,
                      const std::uint32_t* near, std::size_t n_near, std::uint32_t* row, bool& sure) {
@@ -439,28 +466,29 @@ std::size_t find_row(const OctreeView& tree, const RowQuery& query, const Row& o
   const Floats own_high = all(own.limit.high), own_low = all(own.limit.low);
   const Ints self = all(tree.order[place]);
   Bits undecided = 0;
+  Floats closest = all(no_place);  // to own_high, of all squared distances
   std::uint32_t* end = row;
   for (const std::uint32_t* b = near; b < near + n_near; ++b)
     for (std::size_t i = 0; i < block; i += lanes) {
       const std::size_t k = *b * block + i;
       const Floats d_2 = squared_length(load(from.x + k) - x, load(from.y + k) - y, load(from.z + k) - z);
       const Ints id = load(from.id + k);
-      Bits hit, certain;
-      if constexpr (symmetric) {
-        hit = less(d_2, max(own_high, load(from.high + k)));
-        certain = less(d_2, max(own_low, load(from.low + k)));
-      } else {
-        hit = less(d_2, own_high);
-        certain = less(d_2, own_low);
-      }
-      if constexpr (exact)
+      Floats high = own_high, low = own_low;
+      if constexpr (symmetric) high = max(high, load(from.high + k)), low = max(low, load(from.low + k));
+      Bits hit = less(d_2, high);
+      if constexpr (exact) {
+        const Bits certain = less(d_2, low);
         hit = certain | decide<symmetric>(tree, query, from.id + k, hit & ~certain, place);
-      else
-        undecided |= hit ^ certain;
+      } else if constexpr (symmetric) {
+        undecided |= hit ^ less(d_2, low);
+      } else {
+        closest = lesser_magnitude(d_2 - high, closest);
+      }
       hit = differ(hit, id, self);
       store_some(end, hit, id);
       end += count(hit);
     }
+  if constexpr (!symmetric) undecided = less(closest, all(2 * (own.limit.high - own.limit.low)));
   sure = undecided == 0;
   return static_cast<std::size_t>(end - row);
 }
@@ -502,16 +530,19 @@ void find_rows_as(const OctreeView& tree, const RowQuery& query, std::size_t fir
     const std::size_t n = pack_for_party<symmetric>(tree, query, p, n_leaves, s);
     if (query.sorted && !tree.in_order && !ascending(s.party.id, n)) s.sort_party(n, symmetric);
     const std::size_t n_blocks = box_blocks<symmetric>(s.party, n, s.block);
+    const bool few = n_blocks <= few_blocks;
+    if (few) store_numbers(s.near, first_lanes(n_blocks), 0);
+    Row row;
+    row.limit = thresholds(p.radius * p.scale);
     for (std::size_t a = 0; a < p.n; ++a) {
       const std::uint32_t place = p.place[a];
       if (!wanted(tree.order[place])) {
         *n_neighbours++ = 0;
         continue;
       }
-      Row row;
       for (int d = 0; d < 3; ++d) row.x[d] = in_frame(p, d, tree.x[d][place]);
-      row.limit = thresholds(query.radius[place] * p.scale);
-      const std::size_t n_near = find_blocks<symmetric>(row, n_blocks, s.block, s.near);
+      if (p.smallest < p.radius) row.limit = thresholds(query.radius[place] * p.scale);
+      const std::size_t n_near = few ? n_blocks : find_blocks<symmetric>(row, n_blocks, s.block, s.near);
       const std::size_t needed = n_stored + n_near * block + lanes;
       if (needed > s.row_room) s.grow_rows(needed);
       std::uint32_t* const to = s.row + n_stored;

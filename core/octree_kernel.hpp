@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/aligned.hpp"
 #include "core/isa.hpp"
 
 namespace core {
@@ -72,8 +73,9 @@ struct RowScratch {
   Candidates sorted_;
   void sort_slots(std::size_t n);
 
-  std::vector<float> real_;
-  std::vector<std::uint32_t> id_, near_, leaf_, node_, row_, count_, slot_, stray_;
+  Aligned<float> real_;
+  Aligned<std::uint32_t> id_;
+  std::vector<std::uint32_t> near_, leaf_, node_, row_, count_, slot_, stray_;
 };
 
 namespace baseline {
