@@ -119,7 +119,7 @@ struct Output {
   LineFile history, log;
   double last_row = -1;  ///< time of the last row of history [s]
   std::size_t warnings_told = 0;
-  Background background;
+  Background background{};
 
   void add_snapshot(io::Snapshot snapshot) {
     background.start([this, snapshot = std::move(snapshot)] { snapshots.append(snapshot); });

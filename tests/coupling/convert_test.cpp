@@ -113,8 +113,9 @@ TEST(Convert, NodesOfAnotherElementTakeUpWhatTheFormulaSays) {
   EXPECT_NEAR(r.conversion, (1.0 / 8 - 9.0 / 256) * m * g * g * L * L, 1e-14 * m * g * g * L * L);
   const Sums after = sums(mesh, p);
   EXPECT_LT((after.momentum - before.momentum).norm(), 1e-14 * m * g * L);
-  for (std::size_t i = 0; i < mesh.nodes.size(); ++i)
-    if (std::abs(mesh.nodes.x[i][0] - L / 2) < 1e-9) EXPECT_NEAR(mesh.nodes.v[i][0], 1.25 * g * mesh.nodes.x[i][1], 1e-12 * g * L);
+  for (std::size_t i = 0; i < mesh.nodes.size(); ++i) {
+    if (std::abs(mesh.nodes.x[i][0] - L / 2) < 1e-9) { EXPECT_NEAR(mesh.nodes.v[i][0], 1.25 * g * mesh.nodes.x[i][1], 1e-12 * g * L); }
+  }
 }
 
 TEST(Convert, TheMaterialPointIsInherited) {
