@@ -158,7 +158,9 @@ static double bytes_per_particle() {
   const double n = static_cast<double>(s->particles.size());
   constexpr double rows = 16 * sizeof(double) + 4 * sizeof(core::Vec3) + 40, scratch = 2 * sizeof(core::Mat3) + 150, tree = 100;
   constexpr double room = 1.5;  // arrays grow by doubling
-  return room * (rows + sph::Actors::bytes_each + scratch + tree + (4 * static_cast<double>(s->hood.pairs.list.size()) + 16 * 16 * static_cast<double>(s->hood.near.size())) / n);
+  constexpr double near_group = sizeof(sph::Sixteen<std::uint32_t>) + 3 * sizeof(sph::Sixteen<float>);
+  const double lists = 4 * static_cast<double>(s->hood.pairs.list.size()) + near_group * static_cast<double>(s->hood.near.size());
+  return room * (rows + sph::Actors::bytes_each + scratch + tree + lists / n);
 }
 
 Cost predict_cost(const Simulation& built, double budget) {

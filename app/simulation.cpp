@@ -62,7 +62,7 @@ static void find_neighbours(Simulation& s) {
     valid = sph::still_valid(hood, s.bond.watched_x);
   }
   if (valid) {
-    sph::reflect_images(hood);
+    sph::reflect_places(hood);
   } else {
     coupling::find_elements(s.mesh, s.particles, s.bond);
     coupling::find_seam(s.mesh, s.bond);
@@ -203,7 +203,7 @@ static core::MinWhere elements_step(const Simulation& s) {
     const auto& [limit, body] = of[k];
     if (limit.value >= 1e300 || s.mesh.elements.deformation[limit.index] > 0 || !fem::at_rest(s.mesh, body)) return limit;
     if (meets.empty()) meets = coupling::times_to_meet(s.mesh, s.particles);
-    if (meets[body] < steps * std::min(of[k + 1].first.value, s.particles.size() > 0 ? smallest_particle_step(s).value : 1e300)) return limit;
+    if (meets[body] < steps * std::min(of[k + 1].first.value, smallest_particle_step(s).value)) return limit;
   }
   return of.empty() ? core::MinWhere{} : of.back().first;
 }

@@ -211,7 +211,7 @@ void fill_foreign(const fem::Mesh& mesh, const Bond& bond, sph::Neighbourhood& h
     hood.anchor_x.push_back(bond.x[k]);
     hood.anchor_start.push_back(static_cast<std::uint32_t>(hood.anchor_x.size()));
   }
-  const auto single = [](double a) { return static_cast<float>(a); };
+  using sph::single;
   const double per_unit = 1 / (hood.unit * hood.unit * hood.unit);
   core::for_each(bond.x.size(), [&](std::size_t k) {
     const std::size_t el = bond.elements[k / parts];

@@ -64,10 +64,6 @@ static void store_point(core::Points& pt, std::size_t el, const material::Point<
   core::store(&pt.p_max[el], core::max(r.p, core::load<Real>(&pt.p_max[el])));
 }
 
-/// Viscosity damps a flat element's thickness mode by C_l l / edge of critical: with l = cbrt(V) an element 60 times as wide as
-/// thick blows up by itself. With at most two edges it is stable up to 0.8 of the step below.
-constexpr double flat = 2;
-
 /// Forces of the hourglass modes [mode][direction]; returns their power [W].
 static Real hourglass_forces(const ElementSettings& set, const StepTimes& times, Real mass, Real rho_c, Real c, Real length,
                              const Real rate[4][3], double* stored, Real force[4][3]) {
@@ -115,6 +111,10 @@ struct Context {
   const ElementSettings& settings;
   const StepTimes& times;
 };
+
+/// Viscosity damps a flat element's thickness mode by C_l l / edge of critical: with l = cbrt(V) an element 60 times as wide as
+/// thick blows up by itself. With at most two edges it is stable up to 0.8 of the step below.
+constexpr double flat = 2;
 
 /// One pack of elements starting at row el; returns the hourglass work [J].
 static double update_pack(const Context& k, std::size_t el) {

@@ -38,9 +38,7 @@ double gauge(const Columns& columns, const std::vector<double>& heights, double 
   for (int j = 0; j < columns.n[1]; ++j)
     for (int i = 0; i < columns.n[0]; ++i) {
       double rests_at = no_height;
-      for (int b = std::max(0, j - 1); b <= std::min(columns.n[1] - 1, j + 1); ++b)
-        for (int a = std::max(0, i - 1); a <= std::min(columns.n[0] - 1, i + 1); ++a)
-          rests_at = std::max(rests_at, heights[columns.index(a, b)]);
+      columns.each_around(i, j, [&](std::size_t k) { rests_at = std::max(rests_at, heights[k]); });
       if (rests_at != no_height) depth = std::max(depth, face - rests_at);
     }
   return depth;

@@ -19,7 +19,6 @@ struct Plate {
   PlateFrame frame;
   Surface joined, held, settled;  ///< surfaces of what belongs to it, see Whole
   Window window;                  ///< what the impact changed
-  Middle middle;                  ///< of the joined material, which may be bent
   Opening opening;                ///< through the joined material
 };
 Plate make_plate(const Whole& whole, const Scene& scene, int body);

@@ -2,8 +2,8 @@
 // Hole in a plate. Seen along the normal, the settled material's inner edge gives a first radius for every azimuth. The
 // lip there may be bent out of the plate's mid-plane, so its own middle height is taken from the ring of material behind
 // the edge, one thickness wide, and the radius counts material within half a thickness of that height. The hole's centre
-// is the centroid of the opening. A channel too crooked to see through is measured in the middle
-// of the plate, bent as that may be.
+// is the centroid of the opening. A channel too crooked to see through is measured in the plate's
+// middle, bent as that may be.
 #include <algorithm>
 #include <cmath>
 
@@ -43,8 +43,8 @@ InnerEdge edge_of_hole(const Whole& whole, const Plate& plate) {
   const Edges edges = edges_of(plate.settled);
   if (plate.opening.seen.n_columns == 0) {
     const double w = off_mid_plane * plate.window.size;
-    return centred_inner_edge(cut_at(plate.settled, plate.middle, w), cut_spheres(plate.settled, plate.middle, w), Band::everything(),
-                              plate.opening.middle.center);
+    return centred_inner_edge(cut_at(plate.settled, plate.opening.bent, w), cut_spheres(plate.settled, plate.opening.bent, w),
+                              Band::everything(), plate.opening.middle.center);
   }
   const InnerEdge seen =
       centred_inner_edge(edges, plate.settled.spheres, Band::everything(), plate.opening.seen.center);

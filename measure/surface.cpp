@@ -126,7 +126,7 @@ class Voxels {
  private:
   int count(int axis) const { return axis < 2 ? columns_.n[axis] : layers_; }
   int cell(int axis, double x) const {
-    return static_cast<int>(std::floor((x - (axis < 2 ? columns_.low[axis] : bottom_)) / columns_.h));
+    return axis < 2 ? columns_.cell(axis, x) : static_cast<int>(std::floor((x - bottom_) / columns_.h));
   }
   std::size_t index(int i, int j, int l) const { return columns_.index(i, j) + l * columns_.size(); }
   void mark_point(const Vec3& x) {
@@ -285,7 +285,7 @@ Middle middle_of(const Surface& surface, const Window& window, double edge) {
   std::vector<double> area(c.size(), 0), moment(c.size(), 0);
   for (const Quad& q : surface.quads) {
     const Vec3 centre = 0.25 * (q.x[0] + q.x[1] + q.x[2] + q.x[3]);
-    const int i = static_cast<int>(std::floor((centre.x() - c.low[0]) / c.h)), j = static_cast<int>(std::floor((centre.y() - c.low[1]) / c.h));
+    const int i = c.cell(0, centre.x()), j = c.cell(1, centre.y());
     if (i < 0 || j < 0 || i >= c.n[0] || j >= c.n[1]) continue;
     const double a = 0.5 * std::abs((q.x[2] - q.x[0]).cross(q.x[3] - q.x[1]).z());
     area[c.index(i, j)] += a;
@@ -304,9 +304,9 @@ Middle middle_of(const Surface& surface, const Window& window, double edge) {
         if (before[c.index(i, j)]) continue;
         double sum = 0;
         int n = 0;
-        for (int b = std::max(0, j - 1); b <= std::min(c.n[1] - 1, j + 1); ++b)
-          for (int a = std::max(0, i - 1); a <= std::min(c.n[0] - 1, i + 1); ++a)
-            if (before[c.index(a, b)]) sum += middle.height[c.index(a, b)], ++n;
+        c.each_around(i, j, [&](std::size_t k) {
+          if (before[k]) sum += middle.height[k], ++n;
+        });
         if (n == 0) continue;
         middle.height[c.index(i, j)] = sum / n;
         known[c.index(i, j)] = 1;
@@ -344,7 +344,7 @@ Patch largest_patch(const Columns& columns, std::span<const char> marked) {
   return best;
 }
 
-Opening find_opening(const Surface& surface, const Window& window, const Middle& middle) {
+Opening find_opening(const Surface& surface, const Window& window, double thickness) {
   Opening opening;
   if (!window.exists) return opening;
   double low = 1e300, high = -1e300;
@@ -358,7 +358,8 @@ Opening find_opening(const Surface& surface, const Window& window, const Middle&
   opening.through = voxels.flood();
   if (!opening.through) return opening;
   opening.seen = largest_patch(voxels.columns(), voxels.open_columns());
-  opening.middle = largest_patch(voxels.columns(), voxels.flooded_in(middle));
+  opening.bent = middle_of(surface, window, thickness);
+  opening.middle = largest_patch(voxels.columns(), voxels.flooded_in(opening.bent));
   return opening;
 }
 

@@ -3,7 +3,9 @@
 // anything else, and its particles as spheres. Hole, crater and wall are read from it.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <span>
@@ -47,6 +49,13 @@ struct Columns {
   std::size_t size() const { return static_cast<std::size_t>(n[0]) * n[1]; }
   std::size_t index(int i, int j) const { return static_cast<std::size_t>(j) * n[0] + i; }
   double x(int axis, int i) const { return low[axis] + (i + 0.5) * h; }
+  int cell(int axis, double x) const { return static_cast<int>(std::floor((x - low[axis]) / h)); }
+  /// f(index) for a column and the eight round it, as far as there are any.
+  template <class F>
+  void each_around(int i, int j, F&& f) const {
+    for (int b = std::max(0, j - 1); b <= std::min(n[1] - 1, j + 1); ++b)
+      for (int a = std::max(0, i - 1); a <= std::min(n[0] - 1, i + 1); ++a) f(index(a, b));
+  }
 };
 
 /// Where the middle of a plate lies that may be bent: its height over a grid of columns, carried on where nothing is left.
@@ -70,10 +79,11 @@ Patch largest_patch(const Columns& columns, std::span<const char> marked);
 struct Opening {
   bool through = false;   ///< space in front of the plate is connected to space behind it
   Patch seen;             ///< largest patch of columns that nothing blocks: what one sees looking along the normal
-  Patch middle;           ///< largest patch, in the plate's middle, of the space connected to its front
+  Middle bent;            ///< where the plate's middle lies, over squares of its thickness
+  Patch middle;           ///< largest patch, in that middle, of the space connected to its front
 };
 /// Flood fill, from the front side, of the voxels that the surface does not touch.
-Opening find_opening(const Surface& surface, const Window& window, const Middle& middle);
+Opening find_opening(const Surface& surface, const Window& window, double thickness);
 
 /// Height of the front-most point of the surface over every column [m]; lowest() where there is none.
 std::vector<double> front_heights(const Surface& surface, const Columns& columns);

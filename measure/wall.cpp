@@ -40,8 +40,7 @@ Plate make_plate(const Whole& whole, const Scene& scene, int body) {
   plate.held = surface_of(whole, plate.frame, body, whole.held);
   plate.settled = surface_of(whole, plate.frame, body, whole.settled);
   plate.window = disturbed_window(plate.joined, plate.frame);
-  plate.middle = middle_of(plate.joined, plate.window, plate.frame.thickness);
-  plate.opening = find_opening(plate.joined, plate.window, plate.middle);
+  plate.opening = find_opening(plate.joined, plate.window, plate.frame.thickness);
   return plate;
 }
 

@@ -17,8 +17,9 @@ namespace measure {
 /// The speeds, as parts of the impact speed, that decide what belongs to what.
 constexpr double settled_speed = 0.01;  ///< a plate's settled material is slower (relative to the plate's rim)
 constexpr double bond_speed = 0.01;     ///< two points of one piece part more slowly
-constexpr double bending_speed = 100;   ///< [m/s] elements of a plate that bends are settled up to this speed at least, else to loose_speed
 constexpr double loose_speed = 0.05;    ///< material faster than this is debris even where it still touches its plate
+/// Elements of a plate that bends are settled up to loose_speed, or this where it is more [m/s].
+constexpr double bending_speed = 100;
 
 /// The matter with its mirror images: elements of all copies first, then particles. Nodes on a symmetry plane are shared.
 Matter mirrored(const Matter& part, const core::Symmetry& symmetry);

@@ -13,13 +13,7 @@
 
 namespace sph::EJECTA_ISA {
 
-#if defined(__AVX512F__)
-constexpr int register_bytes = 64;
-#elif defined(__AVX2__)
-constexpr int register_bytes = 32;
-#else
-constexpr int register_bytes = 16;
-#endif
+constexpr int register_bytes = core::native_lanes * static_cast<int>(sizeof(double));
 typedef float SingleRegister __attribute__((vector_size(register_bytes)));
 typedef double DoubleRegister __attribute__((vector_size(register_bytes)));
 typedef std::int32_t IntRegister __attribute__((vector_size(register_bytes)));

@@ -26,8 +26,6 @@ static int axis_of(const Mirror& m) {
 
 static Vec3 reflect(const Mirror& m, const Vec3& a) { return a - 2 * m.normal.dot(a) * m.normal; }
 
-static Vec3 mirrored(const Mirror& m, const Vec3& x) { return m.point + reflect(m, Vec3(x - m.point)); }
-
 static core::Mat3 reflect(const Mirror& m, const core::Mat3& a) {
   core::Mat3 r = a;
   if (const int d = axis_of(m); d >= 0) {
@@ -194,7 +192,7 @@ void build(Neighbourhood& hood, const std::vector<Vec3>& watched_x, double outsi
   hood.age = 0;
   for (std::uint32_t k = 0; k < hood.mirrors.size(); ++k) add_images(hood, k, (1 + 2 * skin) * reach);
   hood.actors.resize(hood.actors.size());
-  reflect_images(hood);
+  reflect_places(hood);
   hood.watched_built = watched_x;
   bin_actors(hood, watched_reaches * reach);
 
@@ -232,15 +230,24 @@ void make_room(Neighbourhood& hood) {
   hood.near.resize(n), hood.weight.resize(n), hood.push.resize(n), hood.pull.resize(n);
 }
 
-void reflect_images(Neighbourhood& hood) {
+/// f(image, source, mirror) in order: an image of an image finds its source done.
+template <class F>
+static void each_image(const Neighbourhood& hood, F&& f) {
   const std::size_t n_real = hood.n_particles + hood.n_foreign;
+  for (std::size_t k = 0; k < hood.images.size(); ++k) f(n_real + k, hood.images[k].source, hood.mirrors[hood.images[k].mirror]);
+}
+
+void reflect_places(Neighbourhood& hood) {
+  auto& place = hood.actors.place;
+  each_image(hood, [&](std::size_t i, std::size_t s, const Mirror& m) {
+    place[i] = place[s];
+    place[i].x = m.point + reflect(m, Vec3(place[s].x - m.point));
+  });
+}
+
+void reflect_images(Neighbourhood& hood) {
   Actors& a = hood.actors;
-  // In order: an image of an image finds its source done.
-  for (std::size_t k = 0; k < hood.images.size(); ++k) {
-    const Mirror& m = hood.mirrors[hood.images[k].mirror];
-    const std::size_t s = hood.images[k].source, i = n_real + k;
-    a.place[i] = a.place[s];
-    a.place[i].x = mirrored(m, a.place[s].x);
+  each_image(hood, [&](std::size_t i, std::size_t s, const Mirror& m) {
     a.flow[i] = a.flow[s];
     a.flow[i].v = reflect(m, a.flow[s].v);
     a.strain[i] = a.strain[s];
@@ -249,7 +256,7 @@ void reflect_images(Neighbourhood& hood) {
     if (a.kind[s] & tension_bit) a.artificial[i] = reflect(m, a.artificial[s]);
     a.kind[i] = m.wall ? kind_of_body(wall_body) | (a.kind[s] & tension_bit) : a.kind[s];
     a.p_contact[i] = a.p_contact[s];
-  }
+  });
 }
 
 void set_motion(Neighbourhood& hood, std::size_t i, const Vec3& v_new) {
@@ -258,12 +265,10 @@ void set_motion(Neighbourhood& hood, std::size_t i, const Vec3& v_new) {
 }
 
 void reflect_velocities(Neighbourhood& hood) {
-  const std::size_t n_real = hood.n_particles + hood.n_foreign;
-  for (std::size_t k = 0; k < hood.images.size(); ++k) {
-    const Mirror& m = hood.mirrors[hood.images[k].mirror];
-    const double* const end = hood.actors.motion[hood.images[k].source].end;
-    set_motion(hood, n_real + k, reflect(m, Vec3(end[0], end[1], end[2])));
-  }
+  each_image(hood, [&](std::size_t i, std::size_t s, const Mirror& m) {
+    const double* const end = hood.actors.motion[s].end;
+    set_motion(hood, i, reflect(m, Vec3(end[0], end[1], end[2])));
+  });
 }
 
 }  // namespace sph

@@ -20,6 +20,8 @@ namespace sph {
 // Differences of positions and of velocities are formed in double, so those are kept in double; all else is single.
 // Volumes are in units of unit^3, which keeps products of theirs within the range of single numbers at any scale.
 
+inline float single(double a) { return static_cast<float>(a); }
+
 struct alignas(32) Place {
   core::Vec3 x{0, 0, 0};
   float h = 0;
@@ -46,7 +48,7 @@ struct alignas(16) Stress {
 inline Stress stress_of(const core::Mat3& a) {
   Stress s;
   for (int c = 0; c < 3; ++c)
-    for (int r = 0; r < 3; ++r) s.column[c][r] = static_cast<float>(a(r, c));
+    for (int r = 0; r < 3; ++r) s.column[c][r] = single(a(r, c));
   return s;
 }
 
@@ -60,6 +62,7 @@ struct alignas(64) Motion {
 using Kind = std::int32_t;
 constexpr Kind firm_bit = 1;     ///< bears shear and its gradients are exact: motion beside `rate` is damped
 constexpr Kind tension_bit = 2;  ///< artificial stress acts
+constexpr Kind body_bits = ~(firm_bit | tension_bit);
 constexpr Kind kind_of_body(std::int32_t body) { return body * 4; }
 
 /// Numbers of sixteen pairs.
@@ -157,7 +160,9 @@ bool has_room(const Neighbourhood& hood);
 /// Makes room for them and for a few more.
 void make_room(Neighbourhood& hood);
 
-/// Images follow their sources: everything actors hold but motion, reflected.
+/// Images follow their sources: where they are and how large. What build() leaves is so already.
+void reflect_places(Neighbourhood& hood);
+/// And all else that actors hold but motion.
 void reflect_images(Neighbourhood& hood);
 
 /// Velocities after the kick into an actor's motion, and of the sources into the images'.

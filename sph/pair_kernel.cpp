@@ -89,7 +89,7 @@ struct Own {
   Kind kind;
   Own(const PairView& v, std::size_t i) : place(v.place[i]), flow(v.flow[i]), strain(v.strain[i]), kind(v.kind[i]) {}
   /// Which neighbours are of its body.
-  Yes same(Ints kinds) const { return (kinds & Ints(~(firm_bit | tension_bit))) == Ints(kind & ~(firm_bit | tension_bit)); }
+  Yes same(Ints kinds) const { return (kinds & Ints(body_bits)) == Ints(kind & body_bits); }
 };
 inline Yes has(Ints kinds, Kind bit) { return (kinds & Ints(bit)) == Ints(bit); }
 
@@ -289,7 +289,7 @@ struct PairForce {
 [[gnu::always_inline]] inline Four force_of_other(const PairView& v, std::size_t i, const NearGroup& near, std::size_t l) {
   const std::uint32_t j = near.id[l];
   const Four d = load_four(v.place[i].x.data()) - load_four(v.place[j].x.data()), g = all(double(near.weight[l])) * d;
-  if (((v.kind[i] ^ v.kind[j]) & ~(firm_bit | tension_bit)) != 0) return all(-double(v.p_contact[j])) * g;
+  if (((v.kind[i] ^ v.kind[j]) & body_bits) != 0) return all(-double(v.p_contact[j])) * g;
   StressSum sum;
   sum.add(v.stress[j], g[0], g[1], g[2]);
   if (v.kind[j] & tension_bit) {
@@ -550,7 +550,7 @@ struct alignas(64) WorkWeights {
   void set_strangers(const PairView& v, std::size_t i, const NearGroup& near) {
     for (std::size_t l = 0; l < group; ++l) {
       const std::uint32_t j = near.id[l];
-      if (((v.kind[i] ^ v.kind[j]) & ~(firm_bit | tension_bit)) == 0) continue;
+      if (((v.kind[i] ^ v.kind[j]) & body_bits) == 0) continue;
       double closing = 0;
       for (int e = 0; e < 3; ++e) closing += (v.motion[j].end[e] - v.motion[i].end[e]) * (v.place[i].x[e] - v.place[j].x[e]);
       const double p = double(v.p_contact[i]);

@@ -14,8 +14,6 @@ namespace sph {
 using core::Mat3;
 using core::Vec3;
 
-static float single(double a) { return static_cast<float>(a); }
-
 /// A point's volume is never taken larger than this many times its volume at the reference density: expanded matter
 /// keeps the weight that its spacing can carry.
 constexpr double largest_expansion = 4.0;

@@ -93,7 +93,7 @@ def case_text(shot, setting, across):
     names = {m: "whole-" + m for m in materials} if shot.get("no_failure") or shot.get("no_damage") else {}
     text = f"title = {json.dumps(shot['title'] + ', ' + setting['label'])}\n\n"
     text += toml_table("[run]", {"end": shot["end"], "elements_across": across})
-    for body in bodies(shot, setting.get("exchange", {}), names):
+    for body in bodies(shot, exchange, names):
         text += toml_table("[[body]]", body)
     if shot.get("wall"):
         text += toml_table("[[wall]]", {"point": [0, 0, 0], "normal": [0, 0, 1]})
