@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/snapshot.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+
+#include "core/error.hpp"
 
 namespace app {
 
@@ -72,7 +76,20 @@ io::Snapshot take_snapshot(const Simulation& s) {
   return r;
 }
 
+/// Element numbers must be those of the mesh that the case builds.
+static void check_elements(const io::Snapshot& snapshot, const measure::Scene& scene) {
+  double last = 0;
+  if (const auto* id = snapshot.find("id"))
+    for (const auto* rows : {&id->element, &id->particle})
+      for (const double i : *rows) last = std::max(last, i);
+  if (last >= static_cast<double>(scene.built.size()))
+    throw core::CaseError(fmt::format(
+        "the stored state holds element {:.0f}, but the case.toml beside it builds {}: it was changed since, or the run is of another version; run it again",
+        last, scene.built.size()));
+}
+
 std::vector<measure::Value> recall(const io::Snapshot& snapshot, measure::Scene& scene) {
+  check_elements(snapshot, scene);
   std::vector<measure::Value> frozen;
   scene.time = snapshot.time;
   for (const auto& [name, value] : snapshot.scalars) {

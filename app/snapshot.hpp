@@ -17,7 +17,8 @@ measure::Matter matter_of(const io::Snapshot& snapshot);
 /// The scene with what was recorded while running: time, impulses, peak pressures.
 measure::Scene scene_now(const Simulation& s);
 
-/// Fills the scene's recorded values from a snapshot; returns the clouds frozen by then.
+/// Fills the scene's recorded values from a snapshot; returns the clouds frozen by then. Throws CaseError where the snapshot is
+/// not of this scene's mesh.
 std::vector<measure::Value> recall(const io::Snapshot& snapshot, measure::Scene& scene);
 
 /// All measurements of a snapshot, clouds as frozen.

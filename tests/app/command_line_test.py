@@ -259,6 +259,21 @@ class Output(Folder):
         self.assertEqual(r.returncode, 0, r.stderr)
         self.assertEqual(self.summary(self.out)["measurements"], summary["measurements"], "the same run gave other numbers")
 
+    def test_state_of_another_mesh(self):
+        self.assertEqual(self.ejecta("run", "case.toml", "--out", self.out).returncode, 0)
+        path = os.path.join(self.out, "case.toml")
+        with open(path) as f:
+            text = f.read()
+        with open(path, "w") as f:
+            f.write(text.replace("elements_across = 6", "elements_across = 4"))
+        with open(os.path.join(self.out, "summary.json")) as f:
+            before = f.read()
+        r = self.ejecta("measure", self.out)
+        self.assertEqual(r.returncode, 2, r.stdout + r.stderr)
+        self.assertIn("run it again", r.stdout + r.stderr)
+        with open(os.path.join(self.out, "summary.json")) as f:
+            self.assertEqual(f.read(), before)
+
     def test_the_resolved_case_gives_the_same_run(self):
         r = self.ejecta("run", "case.toml", "--out", self.out)
         self.assertEqual(r.returncode, 0, r.stderr)
