@@ -172,6 +172,7 @@ void step(Simulation& s) {
       fem::update_awake_elements(s.mesh, s.materials, s.element_settings, times).hourglass;
   clock.mark(Stage::elements);
   sph::update_particles(s.particles, s.materials, s.mesh.body_material, s.velocity_gradient, s.dt);
+  sph::keep_in_front(s.hood.mirrors, s.particles);
   clock.mark(Stage::particles);
   s.time += s.dt;
   s.hood.age += s.dt;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 
+#include "core/parallel.hpp"
 #include "sph/kernel.hpp"
 #include "sph/pair_kernel.hpp"
 
@@ -38,10 +39,11 @@ static core::Mat3 reflect(const Mirror& m, const core::Mat3& a) {
 }
 
 /// A symmetric tensor, xx yy zz xy yz zx.
-static std::array<float, 6> reflect(const Mirror& m, const std::array<float, 6>& a) {
+template <class T>
+static std::array<T, 6> reflect(const Mirror& m, const std::array<T, 6>& a) {
   core::Mat3 full;
   full << a[0], a[3], a[5], a[3], a[1], a[4], a[5], a[4], a[2];
-  const Eigen::Matrix3f r = reflect(m, full).cast<float>();
+  const Eigen::Matrix<T, 3, 3> r = reflect(m, full).template cast<T>();
   return {r(0, 0), r(1, 1), r(2, 2), r(0, 1), r(1, 2), r(2, 0)};
 }
 
@@ -50,6 +52,24 @@ static Stress reflect(const Mirror& m, const Stress& a) {
   for (int c = 0; c < 3; ++c)
     for (int r = 0; r < 3; ++r) full(r, c) = a.column[c][r];
   return stress_of(reflect(m, full));
+}
+
+void keep_in_front(const std::vector<Mirror>& mirrors, Particles& p) {
+  for (const Mirror& m : mirrors) {
+    if (m.wall) continue;
+    core::for_each(p.size(), [&](std::size_t i) {
+      if (!(m.normal.dot(p.x[i] - m.point) < 0)) return;
+      p.x[i] = m.point + reflect(m, Vec3(p.x[i] - m.point));
+      for (auto* v : {&p.v, &p.v_mean}) (*v)[i] = reflect(m, (*v)[i]);
+      std::array<double, 6> s;
+      for (std::size_t k = 0; k < 6; ++k) s[k] = p.pt.s[k][i];
+      s = reflect(m, s);
+      for (std::size_t k = 0; k < 6; ++k) p.pt.s[k][i] = s[k];
+      const Vec3 &d = p.stretch[i], &g = p.shear[i];
+      const std::array<double, 6> rate = reflect(m, std::array<double, 6>{d[0], d[1], d[2], g[0], g[1], g[2]});
+      p.stretch[i] = {rate[0], rate[1], rate[2]}, p.shear[i] = {rate[3], rate[4], rate[5]};
+    });
+  }
 }
 
 /// Bounds of a bin's displacements, and of how much a smoothing length in it has grown.

@@ -160,6 +160,10 @@ bool has_room(const Neighbourhood& hood);
 /// Makes room for them and for a few more.
 void make_room(Neighbourhood& hood);
 
+/// A particle that has passed a symmetry plane changes places with its image: the other half sends the same this way. Where
+/// they stay, pairs behind the plane have no images, and there is nothing to strike.
+void keep_in_front(const std::vector<Mirror>& mirrors, Particles& p);
+
 /// Images follow their sources: where they are and how large. What build() leaves is so already.
 void reflect_places(Neighbourhood& hood);
 /// And all else that actors hold but motion.

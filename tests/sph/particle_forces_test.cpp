@@ -207,6 +207,36 @@ TEST(PairSums, ImagesStandForTheOtherHalf) {
   EXPECT_LT(worst, 1e-11 * size);  // sums in another order, through an inverse of condition below 10
 }
 
+TEST(PairSums, ParticleThatPassesASymmetryPlaneChangesPlacesWithItsImage) {
+  // The whole cloud, both halves written out, is the same whichever of a pair of images is called the particle.
+  Cloud half(6, 0.1), behind(6, 0.1);
+  const sph::Mirror plane{Vec3::Zero(), Vec3::UnitX(), false}, wall{Vec3::Zero(), Vec3::UnitX(), true};
+  constexpr std::size_t who[] = {0, 7, 20};
+  for (Cloud* c : {&half, &behind}) {
+    c->hood.mirrors = {plane};
+    for (std::size_t i = 0; i < c->p.size(); ++i)
+      c->p.stretch[i] = Vec3(30, -20, 10) * static_cast<double>(i % 3), c->p.shear[i] = Vec3(5, 7, -9) * static_cast<double>(i % 5);
+  }
+  for (const std::size_t i : who) {
+    ASSERT_GT(behind.p.x[i][0], 0);
+    for (auto* v : {&behind.p.x, &behind.p.v, &behind.p.v_mean}) (*v)[i][0] *= -1;
+    for (const int shear : {3, 5}) behind.p.pt.s[static_cast<std::size_t>(shear)][i] *= -1;  // xy and zx
+    behind.p.shear[i][0] *= -1, behind.p.shear[i][2] *= -1;
+  }
+  sph::keep_in_front({wall}, behind.p);
+  EXPECT_LT(behind.p.x[who[0]][0], 0);  // walls let nothing change places
+  sph::keep_in_front({plane}, behind.p);
+  half.sums(), behind.sums();
+  half.work(1e-7, 1e-7), behind.work(1e-7, 1e-7);
+  for (std::size_t i = 0; i < half.p.size(); ++i) {
+    EXPECT_EQ(half.p.x[i], behind.p.x[i]);
+    EXPECT_EQ(half.p.v[i], behind.p.v[i]);
+    EXPECT_EQ(half.p.f[i], behind.p.f[i]);
+    EXPECT_EQ(half.p.pt.e[i], behind.p.pt.e[i]);
+    EXPECT_EQ(half.gradient[i], behind.gradient[i]);
+  }
+}
+
 TEST(PairSums, BodiesPushAndNeverPull) {
   Cloud c(6, 0);
   for (std::size_t i = 0; i < c.p.size(); ++i) {
