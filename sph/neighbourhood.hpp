@@ -119,6 +119,7 @@ struct Neighbourhood {
   std::vector<Sixteen<float>> pull;     ///< weight times Gray's factor, in rows where artificial stress acts [unit^3]
   std::vector<std::uint32_t> n_near;    ///< [row] how many are
   std::vector<std::uint8_t> mixed;      ///< [row] is one of another body?
+  std::vector<float> acoustic;          ///< [n_particles] share of the speed of sound that counts in the stable step [-]
   std::vector<double> approach;         ///< [n_particles] largest mu of the viscosity, 0 where all part [m/s]
   std::vector<core::Vec3> x_built;   ///< positions of all actors when the lists were made
   std::vector<double> h_built;       ///< and their smoothing lengths [m]

@@ -81,6 +81,7 @@ static void for_each_foreign_block(Neighbourhood& hood, F&& f) {
 void correct_gradients(const Particles& p, const ParticleSettings& settings, Neighbourhood& hood,
                        std::vector<Mat3>& correction) {
   correction.resize(p.size());
+  hood.acoustic.resize(p.size());
   const auto kernel = kernels();
   for (;;) {
     const PairView pairs = view(hood);
@@ -90,7 +91,7 @@ void correct_gradients(const Particles& p, const ParticleSettings& settings, Nei
     core::for_each_block(hood.n_particles, row_block, [&](std::size_t first, std::size_t last) {
       std::array<Moment, row_block> moment;
       kernel.find_near(pairs, first, last, moment.data());
-      kernel.correct_rows(p.pt, settings.artificial_stress, first, last, moment.data(), correction.data(), hood.actors);
+      kernel.correct_rows(p.pt, settings.artificial_stress, first, last, moment.data(), correction.data(), hood.acoustic.data(), hood.actors);
     });
     if (has_room(hood)) return;
     make_room(hood);
@@ -129,11 +130,10 @@ static Mat3 at_mid_step(const Mat3& l, double dt) {
 
 constexpr double unlimited = 1e300;  ///< step of a particle in free flight: nothing acts on it
 
-/// Stable step [s]: h / (c + 0.6 (alpha c + beta mu)) as Monaghan (1992, section 10) has it, times 0.5. What bears shear and goes
-/// smoothly is stable to twice as much (bars, rings); gases behind a shock lose density from half as much again (Noh).
-static double stable_step(double h, double c, bool firm, const ParticleSettings& s, double approach) {
-  const double acoustic = firm ? 0.65 : 1.0;
-  return 0.5 * h / (acoustic * (1 + 0.6 * s.viscosity_linear) * c + 0.6 * s.viscosity_quadratic * approach);
+/// Stable step [s]: h / (c + 0.6 (alpha c + beta mu)) as Monaghan (1992, section 10) has it, times 0.5, c times the row's
+/// acoustic share.
+static double stable_step(double h, double c, const ParticleSettings& s, double approach) {
+  return 0.5 * h / ((1 + 0.6 * s.viscosity_linear) * c + 0.6 * s.viscosity_quadratic * approach);
 }
 
 void pair_work(const ParticleSettings& settings, double dt_kick, double dt_drift, const std::vector<Mat3>& correction,
@@ -153,8 +153,7 @@ void pair_work(const ParticleSettings& settings, double dt_kick, double dt_drift
       const Mat3& l = velocity_gradient[i];
       p.stretch[i] = l.diagonal();
       p.shear[i] = 0.5 * Vec3(l(0, 1) + l(1, 0), l(1, 2) + l(2, 1), l(2, 0) + l(0, 2));
-      const bool firm = (hood.actors.kind[i] & firm_bit) != 0;
-      p.dt[i] = hood.n_near[i] > 0 ? stable_step(p.h[i], p.pt.c[i], firm, settings, hood.approach[i]) : unlimited;
+      p.dt[i] = hood.n_near[i] > 0 ? stable_step(p.h[i], double(hood.acoustic[i]) * p.pt.c[i], settings, hood.approach[i]) : unlimited;
     }
   });
   for_each_foreign_block(hood, [&](std::size_t first, std::size_t last, const AnchorView& anchors) {

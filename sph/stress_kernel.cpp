@@ -12,9 +12,9 @@ constexpr int W = core::native_lanes;
 using Real = core::Pack<W>;
 
 /// B from the moment matrix M (symmetric: xx yy zz xy yz zx): its inverse where the neighbours span space, the identity
-/// where they do not. Returns where it is the inverse.
+/// where they do not. Returns the part that the inverse has in it, 0 to 1.
 template <class T>
-auto correction_of(const T* m, T* b) {
+T correction_of(const T* m, T* b) {
   using core::select;
   constexpr double poor = 0.004, enough = 0.016;  // det M on a lattice: 0.95 inside, 0.30 face, 0.093 edge, 0.028 corner
   constexpr double largest = 8;  // a thin sheet can have a fair determinant and one weak direction
@@ -34,7 +34,7 @@ auto correction_of(const T* m, T* b) {
     const T one(k < 3 ? 1.0 : 0.0);
     b[k] = select(good, w * b[k] + (T(1.0) - w) * one, one);
   }
-  return good & (w >= T(1.0));
+  return select(good, w, T(0.0));
 }
 
 /// Turns the symmetric a in the plane of axes p and q until a[p][q] is zero, and v with it: one rotation of Jacobi's.
@@ -92,6 +92,16 @@ void artificial_stress(const T* sigma, double epsilon, T* push) {
   }
 }
 
+/// Share of the speed of sound that the sums over a row answer with, for its stable step. What bears shear is stable to one
+/// and a half times the step of a gas (bars, rings); gases behind a shock lose density from that on (Noh). A row without the
+/// correction answers in proportion to what stands round it, of which the trace of the moment is the measure: 3 inside.
+template <class T>
+T acoustic_share(const T* m, T corrected, T bears) {
+  using core::select;
+  const T around = core::min(core::max(m[0] + m[1] + m[2], T(0.25)), T(1.0));
+  return select(bears > T(0.0), T(0.65), select(corrected > T(0.0), T(1.0), around));
+}
+
 /// W lanes of one array from row i on; `n` rows are there, the last stands in for those that are missing.
 Real load(const std::vector<double>& a, std::size_t i, std::size_t n) {
   if (n >= W) return core::load<Real>(&a[i]);
@@ -103,18 +113,19 @@ Real load(const std::vector<double>& a, std::size_t i, std::size_t n) {
 }  // namespace
 
 void correct_rows(const core::Points& pt, double epsilon, std::size_t first, std::size_t last, const Moment* moment,
-                  core::Mat3* correction, Actors& actors) {
+                  core::Mat3* correction, float* acoustic, Actors& actors) {
   for (std::size_t i = first; i < last; i += W) {
     const std::size_t n = last - i, lanes = n < W ? n : W;
     Real m[6], b[6], sigma[6], push[6], stress[9];
     for (int k = 0; k < 6; ++k)
       for (std::size_t l = 0; l < W; ++l) m[k].set(static_cast<int>(l), moment[i - first + (l < lanes ? l : lanes - 1)].sum[k]);
-    const auto exact = correction_of(m, b);
+    const Real corrected = correction_of(m, b);
     const Real p = load(pt.p, i, n);
     for (std::size_t k = 0; k < 6; ++k) sigma[k] = k < 3 ? load(pt.s[k], i, n) - p : load(pt.s[k], i, n);
     Real bears(0.0);  // shear: neither fluid nor powder
     for (std::size_t k = 0; k < 6; ++k) bears = core::max(bears, core::abs(load(pt.s[k], i, n)));
-    const auto firm = exact & (bears > Real(0.0));
+    const auto firm = (corrected >= Real(1.0)) & (bears > Real(0.0));
+    const Real share = acoustic_share(m, corrected, bears);
     // no principal stress exceeds the greatest of Gershgorin's bounds
     const Real xy = core::abs(sigma[3]), yz = core::abs(sigma[4]), zx = core::abs(sigma[5]);
     const Real bound = core::max(core::max(sigma[0] + xy + zx, sigma[1] + xy + yz), sigma[2] + yz + zx);
@@ -132,6 +143,7 @@ void correct_rows(const core::Points& pt, double epsilon, std::size_t first, std
           to[r + 3 * c] = b[at[r][c]][lane];
           actors.stress[i + l].column[c][r] = static_cast<float>(stress[r + 3 * c][lane]);
         }
+      acoustic[i + l] = static_cast<float>(share[lane]);
       Kind& kind = actors.kind[i + l];
       kind = (kind & ~(firm_bit | tension_bit)) | (firm[lane] ? firm_bit : 0);
       if (!may_pull || !(bound[lane] > 0) || !(push[0][lane] + push[1][lane] + push[2][lane] < 0)) continue;

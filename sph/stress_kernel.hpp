@@ -12,9 +12,9 @@ namespace sph {
 
 #define EJECTA_DECLARE(isa)                                                                                           \
   namespace isa {                                                                                                     \
-  /** Rows [first, last): correction [row], and stress, artificial stress and kind of their actors.  */            \
+  /** Rows [first, last): correction [row], acoustic share [row], and stress, artificial stress and kind of their actors. */ \
   void correct_rows(const core::Points&, double artificial_stress, std::size_t first, std::size_t last,               \
-                    const Moment* moment, core::Mat3* correction, Actors& actors);                                       \
+                    const Moment* moment, core::Mat3* correction, float* acoustic, Actors& actors);                      \
   }
 EJECTA_DECLARE(baseline)
 EJECTA_DECLARE(avx2)

@@ -23,9 +23,10 @@ struct Kernels {
 struct Result {
   std::vector<sph::Moment> moment;
   std::vector<core::Mat3> correction;
+  std::vector<float> acoustic;
   std::vector<sph::RowForce> force;
   std::vector<sph::RowWork> work;
-  explicit Result(std::size_t n) : moment(n), correction(n), force(n), work(n) {}
+  explicit Result(std::size_t n) : moment(n), correction(n), acoustic(n), force(n), work(n) {}
 };
 
 Result pass(ParticleBlock& block, const Kernels& kernel) {
@@ -34,7 +35,7 @@ Result pass(ParticleBlock& block, const Kernels& kernel) {
   const sph::PairView view = sph::view(hood);
   Result r(n);
   kernel.find_near(view, 0, n, r.moment.data());
-  kernel.correct_rows(block.p.pt, 0.3, 0, n, r.moment.data(), r.correction.data(), hood.actors);
+  kernel.correct_rows(block.p.pt, 0.3, 0, n, r.moment.data(), r.correction.data(), r.acoustic.data(), hood.actors);
   kernel.pair_forces(view, block.settings, 0, n, r.force.data());
   kernel.pair_work(view, 0, n, r.work.data());
   return r;
@@ -64,6 +65,7 @@ TEST(PairKernels, SameBitsOnEveryInstructionSet) {
     const auto wide = pass(block, kernel);
     EXPECT_TRUE(same_bits(narrow.moment, wide.moment));
     EXPECT_TRUE(same_bits(narrow.correction, wide.correction));
+    EXPECT_TRUE(same_bits(narrow.acoustic, wide.acoustic));
     EXPECT_TRUE(same_bits(narrow.force, wide.force));
     EXPECT_TRUE(same_bits(narrow.work, wide.work));
   };
