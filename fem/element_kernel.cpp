@@ -3,30 +3,13 @@
 #include "fem/element_kernel.hpp"
 
 #include <cmath>
-#include <cstring>
 
-#include "core/isa.hpp"
 #include "core/lane_math.hpp"
 #include "fem/hex8.hpp"
+#include "fem/lanes.hpp"
 #include "material/update.hpp"
 
 namespace fem::EJECTA_ISA {
-
-using Real = core::Pack<core::native_lanes>;
-constexpr int W = core::native_lanes;
-static_assert(block_size % W == 0);
-
-using Index = const std::int32_t (*)[8];
-
-/// The eight corners' nodes of W consecutive elements.
-static Index nodes_of(const Elements& e, std::size_t el) { return reinterpret_cast<Index>(e.node[el].data()); }
-
-/// A node array at corner i of W consecutive elements.
-[[gnu::always_inline]] static inline void gather_corner(Index node, int i, const double* a, Real out[3]) {
-  const double* at[W];
-  for (int l = 0; l < W; ++l) at[l] = a + 3 * static_cast<std::size_t>(node[l][i]);
-  core::load_vectors<W>(at, out);
-}
 
 /// Positions and velocities of the corners; returns the power of the corner forces of time n, sum of f . v_mean [W].
 static Real gather_motion(Index node, const Nodes& n, const double* force, Corners<Real>& x, Corners<Real>& v) {
@@ -120,15 +103,8 @@ constexpr double flat = 2;
 static double update_pack(const Context& k, std::size_t el) {
   Elements& e = k.mesh.elements;
   const Nodes& n = k.mesh.nodes;
-  alignas(64) std::int64_t alive_lane[W];
-  std::int64_t any_alive = 0;
-  for (int l = 0; l < W; ++l) {
-    alive_lane[l] = -static_cast<std::int64_t>(e.alive[el + static_cast<std::size_t>(l)]);
-    any_alive |= alive_lane[l];
-  }
-  if (!any_alive) return 0;
-  core::Mask<W> alive;
-  std::memcpy(&alive.m, alive_lane, sizeof alive.m);
+  const Lanes alive = alive_lanes(e, el);
+  if (!core::any(alive)) return 0;
 
   double* force = &e.corner_force[corner_index(el, 0, 0)];
   const Real mass = core::load<Real>(&e.pt.m[el]), volume_0 = core::load<Real>(&e.volume_0[el]);

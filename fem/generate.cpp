@@ -320,14 +320,12 @@ Corners<double> corners_of(const HexMesh& mesh, const std::array<std::int32_t, 8
 
 /// Largest over smallest det J of the eight corners and the eight points of the 2x2x2 Gauss rule.
 double worst_jacobian_ratio(const Corners<double>& x) {
-  double low = 1e300, high = -1e300;
-  for (const double reach : {1.0, 1 / std::sqrt(3.0)})
-    for (const auto& o : corner_offset) {
-      const double j = jacobian_at(x, reach * (2 * o[0] - 1), reach * (2 * o[1] - 1), reach * (2 * o[2] - 1));
-      low = std::min(low, j);
-      high = std::max(high, j);
-    }
-  return low > 0 ? high / low : 1e300;
+  const Edges<double> edge = edges(x);
+  double low, high, low_inside, high_inside;
+  extreme_jacobians(edge, low, high);
+  extreme_jacobians(gauss_lines(edge), low_inside, high_inside);
+  low = std::min(low, low_inside);
+  return low > 0 ? std::max(high, high_inside) / low : 1e300;
 }
 
 double shortest_edge(const Corners<double>& x) {

@@ -134,15 +134,105 @@ void hourglass_rates(const Corners<T>& x, const Corners<T>& v, const T l[3][3], 
       rate[a][d] -= l[d][0] * position[a][0] + l[d][1] * position[a][1] + l[d][2] * position[a][2];
 }
 
-/// det J at a point of the parent cube, xi in [-1, 1]^3.
-double jacobian_at(const Corners<double>& x, double xi, double eta, double zeta);
+/// The corners that the four edges along each parent direction join, in the order of the other two coordinates, lower
+/// direction first: along xi (eta, zeta) = (-, -), (+, -), (-, +), (+, +).
+constexpr int edge_corner[3][4][2] = {
+    {{0, 1}, {3, 2}, {4, 5}, {7, 6}}, {{0, 3}, {1, 2}, {4, 7}, {5, 6}}, {{0, 4}, {1, 5}, {3, 7}, {2, 6}}};
 
-/// Largest over smallest det J of the eight points of the 2x2x2 Gauss rule; 1e300 where the smallest is not positive.
-/// Source: Campbell & Vignjevic, Int. J. Impact Engng 20 (1997) 143, criterion "Jacobian".
-double jacobian_ratio(const Corners<double>& x);
+/// Edges, or lines between them: a[direction][which][component] [m]; half of one is dx/dxi along it.
+template <class T>
+struct Edges {
+  T a[3][4][3];
+};
+
+/// The twelve edges [m].
+template <class T>
+Edges<T> edges(const Corners<T>& x) {
+  Edges<T> r;
+  for (int d = 0; d < 3; ++d)
+    for (int n = 0; n < 4; ++n)
+      for (int k = 0; k < 3; ++k) r.a[d][n][k] = x.c[edge_corner[d][n][1]][k] - x.c[edge_corner[d][n][0]][k];
+  return r;
+}
+
+/// The lines through the eight points of the 2x2x2 Gauss rule, from the edges.
+template <class T>
+Edges<T> gauss_lines(const Edges<T>& edge) {
+  const T inwards(0.5 * (1 - 0.57735026918962576451));  // of the way across, (1 - 1/sqrt 3)/2
+  Edges<T> r;
+  for (int d = 0; d < 3; ++d)
+    for (int k = 0; k < 3; ++k) {
+      T first[4];
+      for (int n = 0; n < 4; n += 2) {
+        const T step = inwards * (edge.a[d][n + 1][k] - edge.a[d][n][k]);
+        first[n] = edge.a[d][n][k] + step;
+        first[n + 1] = edge.a[d][n + 1][k] - step;
+      }
+      for (int n = 0; n < 2; ++n) {
+        const T step = inwards * (first[n + 2] - first[n]);
+        r.a[d][n][k] = first[n] + step;
+        r.a[d][n + 2][k] = first[n + 2] - step;
+      }
+    }
+  return r;
+}
+
+/// Which line along each direction passes through point i, whose xi, eta, zeta are the bits 1, 2, 4 of i.
+constexpr int line_at[8][3] = {{0, 0, 0}, {0, 1, 1}, {1, 0, 2}, {1, 1, 3}, {2, 2, 0}, {2, 3, 1}, {3, 2, 2}, {3, 3, 3}};
+
+/// Smallest and largest det J of the eight points in which three of the lines meet [m3 / 8].
+template <class T>
+void extreme_jacobians(const Edges<T>& line, T& low, T& high) {
+  low = T(1e300);
+  high = T(-1e300);
+  for (const auto& at : line_at) {
+    const T *a = line.a[0][at[0]], *b = line.a[1][at[1]], *c = line.a[2][at[2]];
+    const T det = a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0]) + a[2] * (b[0] * c[1] - b[1] * c[0]);
+    low = core::min(det, low);
+    high = core::max(det, high);
+  }
+  low *= T(0.125);
+  high *= T(0.125);
+}
 
 /// Smallest det J of the eight corners [m3 / 8]: positive in a convex element.
-double smallest_corner_jacobian(const Corners<double>& x);
+template <class T>
+T smallest_corner_jacobian(const Edges<T>& edge) {
+  T low, high;
+  extreme_jacobians(edge, low, high);
+  return low;
+}
+
+/// Largest over smallest det J of the eight points of the 2x2x2 Gauss rule [-]; 1e300 where the smallest is not positive.
+/// Source: Campbell & Vignjevic, Int. J. Impact Engng 20 (1997) 143, criterion "Jacobian".
+template <class T>
+T jacobian_ratio(const Edges<T>& edge) {
+  T low, high;
+  extreme_jacobians(gauss_lines(edge), low, high);
+  return core::select(low > T(0.0), high / low, T(1e300));
+}
+
+/// Do two edges of a face meet at an angle whose cosine c is above a limit? limit: c|c| of that cosine [-], which spares
+/// roots and quotients.
+template <class T>
+auto sharper_than(const Edges<T>& edge, T limit) {
+  T square[3][4];
+  for (int d = 0; d < 3; ++d)
+    for (int n = 0; n < 4; ++n) {
+      const T* a = edge.a[d][n];
+      square[d][n] = a[0] * a[0] + a[1] * a[1] + a[2] * a[2];
+    }
+  T most(-1e300);  // of |a|^2 |b|^2 (c|c| - limit)
+  for (int i = 0; i < 8; ++i)
+    for (int d = 0; d < 3; ++d) {
+      const int e = (d + 1) % 3, m = line_at[i][d], n = line_at[i][e];
+      const T *a = edge.a[d][m], *b = edge.a[e][n];
+      const T along = a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+      const T ab = (i >> d & 1) == (i >> e & 1) ? along : -along;  // of the edges as they leave the corner
+      most = core::max(ab * core::abs(ab) - limit * (square[d][m] * square[e][n]), most);
+    }
+  return most > T(0.0);
+}
 
 /// Smallest of the angles between the two edges that meet at a face's corner, all corners of all faces [rad].
 double smallest_angle(const Corners<double>& x);

@@ -56,7 +56,7 @@ fem::Corners<double> corners(const HexMesh& mesh, std::size_t el) {
 double smallest_det_j(const HexMesh& mesh) {
   double low = 1e300;
   for (std::size_t el = 0; el < mesh.node.size(); ++el)
-    low = std::min(low, fem::smallest_corner_jacobian(corners(mesh, el)));
+    low = std::min(low, fem::smallest_corner_jacobian(fem::edges(corners(mesh, el))));
   return low;
 }
 

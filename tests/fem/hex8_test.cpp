@@ -8,6 +8,7 @@
 #include <random>
 
 #include "core/types.hpp"
+#include "tests/fem/shapes.hpp"
 
 namespace {
 
@@ -16,8 +17,7 @@ using core::Vec3;
 using fem::Corners;
 using fem::Gradient;
 
-constexpr double sign[8][3] = {{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1},
-                               {-1, -1, 1},  {1, -1, 1},  {1, 1, 1},  {-1, 1, 1}};
+using shapes::sign;
 
 template <class Map>
 Corners<double> hex(Map&& map) {
@@ -80,7 +80,7 @@ TEST(Hex8, VolumeIsTheIntegralOfDetJ) {
     const auto x = distorted(seed);
     double exact = 0;
     for (const auto& s : sign)
-      exact += fem::jacobian_at(x, s[0] / std::sqrt(3.0), s[1] / std::sqrt(3.0), s[2] / std::sqrt(3.0));
+      exact += shapes::jacobian_at(x, s[0] / std::sqrt(3.0), s[1] / std::sqrt(3.0), s[2] / std::sqrt(3.0));
     Gradient<double> g;
     fem::gradient(x, g);
     EXPECT_NEAR(fem::volume(x, g), exact, round_off * 100);
@@ -159,15 +159,15 @@ TEST(Hex8, JacobianRatioOfTrapezoidByHand) {
   // ratio (2 sqrt 3 + 1)/(2 sqrt 3 - 1) = 1.8116; at the corners the smallest is 1/2.
   const auto x = hex([](const Vec3& p) { return Vec3(p[0] * (1 + 0.5 * p[1]), p[1], p[2]); });
   const double r = 2 * std::sqrt(3.0);
-  EXPECT_NEAR(fem::jacobian_ratio(x), (r + 1) / (r - 1), round_off);
-  EXPECT_NEAR(fem::smallest_corner_jacobian(x), 0.5, round_off);
+  EXPECT_NEAR(fem::jacobian_ratio(fem::edges(x)), (r + 1) / (r - 1), round_off);
+  EXPECT_NEAR(fem::smallest_corner_jacobian(fem::edges(x)), 0.5, round_off);
   // the angle at the long base: tan = height / overhang = 2 / 1
   EXPECT_NEAR(fem::smallest_angle(x), std::atan(2.0), round_off);
 }
 
 TEST(Hex8, JacobianRatioOfInvertedElementIsBeyondAnyLimit) {
   const auto x = hex([](const Vec3& p) { return Vec3(p[0] * (1 + 2.5 * p[1]), p[1], p[2]); });
-  EXPECT_EQ(fem::jacobian_ratio(x), 1e300);
+  EXPECT_EQ(fem::jacobian_ratio(fem::edges(x)), 1e300);
 }
 
 TEST(Hex8, SmallestAngleOfShearedCube) {
@@ -175,6 +175,46 @@ TEST(Hex8, SmallestAngleOfShearedCube) {
     const auto x = hex([&](const Vec3& p) { return Vec3(p[0] + shear * p[1], p[1], p[2]); });
     EXPECT_NEAR(fem::smallest_angle(x), std::atan2(1.0, shear), 1e-12);  // acos loses digits near 90 degrees
   }
+}
+
+/// Every corner off its place by up to 1.2 half-edges: some turn inside out.
+Corners<double> crumpled(unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> jitter(-1.2, 1.2);
+  const double size = seed % 3 == 0 ? 0.2 : seed % 3 == 1 ? 0.6 : 1;
+  return hex([&](const Vec3& x) { return Vec3(x + size * Vec3(jitter(random), jitter(random), jitter(random)) + Vec3(5, -3, 2)); });
+}
+
+TEST(Hex8, JacobiansFromEdgesAreThoseOfTheShapeFunctions) {
+  int inverted = 0;
+  for (unsigned seed = 0; seed < 300; ++seed) {
+    const auto x = crumpled(seed);
+    const auto edge = fem::edges(x);
+    const double low = shapes::jacobians(x, 1).first, ratio = shapes::jacobian_ratio(x);
+    EXPECT_EQ(fem::smallest_corner_jacobian(edge), low) << seed;  // bit for bit: halves are exact
+    double inside, high;
+    fem::extreme_jacobians(fem::gauss_lines(edge), inside, high);
+    EXPECT_NEAR(inside, shapes::jacobians(x, 1 / std::sqrt(3.0)).first, 10 * round_off) << seed;
+    EXPECT_NEAR(high, shapes::jacobians(x, 1 / std::sqrt(3.0)).second, 10 * round_off) << seed;
+    if (std::abs(inside) > 0.01) {
+      EXPECT_NEAR(fem::jacobian_ratio(edge) / ratio, 1, 1e-11) << seed;
+    }
+    inverted += low <= 0;
+  }
+  EXPECT_GT(inverted, 30);
+  EXPECT_LT(inverted, 270);
+}
+
+TEST(Hex8, SharperThanAnAngleAgreesWithTheSmallestAngle) {
+  const auto limit = [](double angle) { return std::cos(angle) * std::abs(std::cos(angle)); };
+  for (unsigned seed = 0; seed < 300; ++seed) {
+    const auto x = crumpled(seed);
+    const double angle = fem::smallest_angle(x);
+    EXPECT_TRUE(fem::sharper_than(fem::edges(x), limit(angle + 1e-9))) << seed;
+    EXPECT_FALSE(fem::sharper_than(fem::edges(x), limit(angle - 1e-9))) << seed;
+  }
+  const auto flat = hex([](const Vec3& x) { return Vec3(x[0], x[1], 0); });  // edges of no length have no angle
+  EXPECT_FALSE(fem::sharper_than(fem::edges(flat), limit(1.5)));
 }
 
 }  // namespace
