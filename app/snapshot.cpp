@@ -130,9 +130,11 @@ void freeze_clouds(Simulation& s) {
     const auto height = [&](const Vec3& x) { return -(side * wall.normal.dot(x - wall.center) - 0.5 * wall.thickness); };
     double nearest = 1e300;
     for (std::size_t i = 0; i < s.particles.size(); ++i) nearest = std::min(nearest, -height(s.particles.x[i]));
-    for (std::size_t nd = 0; nd < s.mesh.nodes.size(); ++nd)
-      if (s.mesh.nodes.m[nd] > 0 && s.mesh.nodes.awake[nd] && !s.mesh.body_nodes[next].contains(nd))
-        nearest = std::min(nearest, -height(s.mesh.nodes.x[nd]));
+    for (std::size_t b = 0; b < s.mesh.body_nodes.size(); ++b) {
+      if (b == next || !s.mesh.body_awake[b]) continue;
+      for (std::size_t nd = s.mesh.body_nodes[b].first; nd < s.mesh.body_nodes[b].last; ++nd)
+        if (s.mesh.nodes.m[nd] > 0 && s.mesh.nodes.awake[nd]) nearest = std::min(nearest, -height(s.mesh.nodes.x[nd]));
+    }
     if (nearest > 0.25 * scene.projectile_size) continue;
     s.cloud_frozen[k] = 1;
     const auto r = measure::measure_cloud(matter_of(take_snapshot(s)), scene_now(s), static_cast<int>(k));
