@@ -98,7 +98,35 @@ std::vector<int> plates_in_order(const io::Case& spec) {
   return order;
 }
 
+/// Signed distance from a point to the body's surface, negative inside; conservative outside near edges.
+static double distance(const io::BodySpec& b, const Vec3& x) {
+  const Vec3 l = rotation(b).transpose() * (x - b.center);
+  if (b.shape == Shape::sphere) return l.norm() - 0.5 * b.diameter;
+  if (b.shape == Shape::cylinder)
+    return std::max(std::hypot(l[0], l[1]) - 0.5 * b.diameter, std::abs(l[2]) - 0.5 * b.length);
+  const Vec3 d = l.cwiseAbs() - 0.5 * b.size;
+  return d.maxCoeff();
+}
+
+/// Can anything get as far as this body before the run ends? Debris flies at most half as fast again as the fastest body,
+/// and a shock of an impact at that speed v runs at no more than the sound speed and three quarters of v.
+static bool reached(const io::Case& spec, const io::BodySpec& b) {
+  double sound = 0, fastest = 0, nearest = 1e300;
+  for (const auto& m : spec.bodies) {
+    const auto& material = spec.materials.at(m.material);
+    sound = std::max(sound, material::sound_speed(material));
+    if (m.velocity.isZero(0) && m.spin.isZero(0)) continue;
+    if (m.shape == Shape::mesh) return true;  // its size is not known yet
+    const double radius = 0.5 * extent(m).norm();
+    fastest = std::max(fastest, m.velocity.norm() + m.spin.norm() * radius);
+    nearest = std::min(nearest, distance(b, m.center) - radius);
+  }
+  return fastest == 0 || nearest < std::max(1.5 * fastest, sound + 0.75 * fastest) * spec.end;
+}
+
 // ------------------------------------------------------------------------------------------------ plates
+
+constexpr double coarsest = 20;  ///< largest edge along a plate, in fine ones
 
 struct PlateGrid {
   std::vector<double> x, y, z;
@@ -120,6 +148,7 @@ static std::pair<double, double> fineness(const io::Case& spec, const io::BodySp
     half = 2.2 * d;  // a thick target: the crater and its rim
   else if (spec.mode == io::Mode::sph)
     half = extent(b).norm();  // long flat hexes would make particles with gaps between them
+  if (!reached(spec, b) && spec.mode != io::Mode::sph) fine *= coarsest;
   if (b.element_size) fine = *b.element_size;
   if (b.fine_radius) half = *b.fine_radius;
   return {fine, half};
@@ -175,7 +204,7 @@ static PlateGrid plate_grid(const io::Case& spec, std::size_t body) {
     // an oblique shot spreads along the plate's tilt
     grading.fine_half = std::abs(flight(spec).dot(turn.col(axis))) > 1e-9 ? half / cosine : half;
     grading.focus = local[axis];
-    grading.coarse = 20 * fine;
+    grading.coarse = coarsest * fine;
     const double edge = b.size[axis];
     const bool cut = own.plane[static_cast<std::size_t>(axis)];
     auto& line = axis == 0 ? g.x : g.y;
@@ -245,16 +274,6 @@ std::vector<PlacedBody> place_bodies(const io::Case& spec) {
 }
 
 // ------------------------------------------------------------------------------------------------ overlap
-
-/// Signed distance from a point to the body's surface, negative inside; conservative outside near edges.
-static double distance(const io::BodySpec& b, const Vec3& x) {
-  const Vec3 l = rotation(b).transpose() * (x - b.center);
-  if (b.shape == Shape::sphere) return l.norm() - 0.5 * b.diameter;
-  if (b.shape == Shape::cylinder)
-    return std::max(std::hypot(l[0], l[1]) - 0.5 * b.diameter, std::abs(l[2]) - 0.5 * b.length);
-  const Vec3 d = l.cwiseAbs() - 0.5 * b.size;
-  return d.maxCoeff();
-}
 
 /// Points over the body's surface and inside, in place.
 static std::vector<Vec3> samples(const io::BodySpec& b) {

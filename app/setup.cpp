@@ -217,11 +217,11 @@ std::unique_ptr<Simulation> set_up(const io::Case& given) {
   for (std::size_t b = 0; b < placed.size(); ++b) {
     auto& e = s->mesh.elements;
     const auto& material = s->materials[b];
+    const double temperature = eos::state(material.eos, material.rho_0, 0.0).temperature, sound = material::sound_speed(material);
     for (std::size_t el = s->mesh.body_elements[b].first; el < s->mesh.body_elements[b].last; ++el) {
-      const auto state = eos::state(material.eos, material.rho_0, 0.0);
-      e.pt.T[el] = state.temperature;
+      e.pt.T[el] = temperature;
       e.pt.p[el] = 0;
-      e.pt.c[el] = std::sqrt(state.c2 + 4.0 / 3.0 * material::shear_modulus(material.strength) / material.rho_0);
+      e.pt.c[el] = sound;
       s->scene.bodies[b].initial_mass += e.pt.m[el] * spec.symmetry.copies();
     }
   }

@@ -40,6 +40,7 @@ io::Snapshot take_snapshot(const Simulation& s) {
   r.step = s.steps;
   r.node_x = s.mesh.nodes.x;
   r.node_v = s.mesh.nodes.v;
+  r.element_node.reserve(rows.size());
   for (const auto el : rows) r.element_node.push_back(e.node[el]);
   r.particle_x = p.x;
   r.particle_v = p.v;
@@ -55,6 +56,7 @@ io::Snapshot take_snapshot(const Simulation& s) {
   add("damage", e.pt.damage, p.pt.damage);
   add("peak_pressure", e.pt.p_max, p.pt.p_max);
   io::Snapshot::Field speed{"speed", {}, {}}, body{"body", {}, {}}, size{"size", {}, {}}, id{"id", {}, {}};
+  for (auto* f : {&speed, &body, &size, &id}) f->element.reserve(rows.size()), f->particle.reserve(p.size());
   for (const auto el : rows) {
     speed.element.push_back(fem::centre(s.mesh, el, s.mesh.nodes.v).norm());
     body.element.push_back(e.body[el]);
@@ -67,7 +69,7 @@ io::Snapshot take_snapshot(const Simulation& s) {
     size.particle.push_back(std::cbrt(p.pt.m[i] / p.pt.rho[i]));
     id.particle.push_back(p.parent[i]);
   }
-  for (auto* f : {&speed, &body, &size, &id}) r.fields.push_back(*f);
+  for (auto* f : {&speed, &body, &size, &id}) r.fields.push_back(std::move(*f));
   const measure::Scene scene = scene_now(s);
   r.scalars = {{"peak_pressure_axis", scene.peak_pressure_axis}, {"peak_pressure_max", scene.peak_pressure_max}};
   for (const auto& b : scene.bodies)
@@ -130,9 +132,11 @@ void freeze_clouds(Simulation& s) {
     const auto height = [&](const Vec3& x) { return -(side * wall.normal.dot(x - wall.center) - 0.5 * wall.thickness); };
     double nearest = 1e300;
     for (std::size_t i = 0; i < s.particles.size(); ++i) nearest = std::min(nearest, -height(s.particles.x[i]));
-    for (std::size_t nd = 0; nd < s.mesh.nodes.size(); ++nd)
-      if (s.mesh.nodes.m[nd] > 0 && s.mesh.nodes.awake[nd] && !s.mesh.body_nodes[next].contains(nd))
-        nearest = std::min(nearest, -height(s.mesh.nodes.x[nd]));
+    for (std::size_t b = 0; b < s.mesh.body_nodes.size(); ++b) {
+      if (b == next || !s.mesh.body_awake[b]) continue;
+      for (std::size_t nd = s.mesh.body_nodes[b].first; nd < s.mesh.body_nodes[b].last; ++nd)
+        if (s.mesh.nodes.m[nd] > 0 && s.mesh.nodes.awake[nd]) nearest = std::min(nearest, -height(s.mesh.nodes.x[nd]));
+    }
     if (nearest > 0.25 * scene.projectile_size) continue;
     s.cloud_frozen[k] = 1;
     const auto r = measure::measure_cloud(matter_of(take_snapshot(s)), scene_now(s), static_cast<int>(k));

@@ -59,11 +59,11 @@ void write_atomically(const std::string& path, const std::string& text) {
   if (descriptor < 0) stop(path, errno, text.size());
   int error = write_all(descriptor, text);
   if (::close(descriptor) != 0 && error == 0) error = errno;
+  if (error == 0 && std::rename(temporary.c_str(), path.c_str()) != 0) error = errno;
   if (error != 0) {
     std::remove(temporary.c_str());
     stop(path, error, text.size());
   }
-  put_in_place(temporary, path);
 }
 
 }  // namespace io

@@ -215,8 +215,13 @@ void File::write(const std::string& name, const T* data, std::size_t rows, std::
   const Handle space(H5Screate_simple(rank, dims, nullptr), H5Sclose);
   const Handle links = make_links();
   const Handle layout(make_layout(deflate, dims, rank), H5Pclose);
-  if (has(name)) remove(name);
-  const Handle set(H5Dcreate2(id_, name.c_str(), native<T>(), space, links, layout, H5P_DEFAULT), H5Dclose);
+  const auto make = [&] { return H5Dcreate2(id_, name.c_str(), native<T>(), space, links, layout, H5P_DEFAULT); };
+  hid_t made = make();
+  if (made < 0) {  // it is there already, mostly; asking first would cost every array a look-up
+    if (has(name)) remove(name);
+    made = make();
+  }
+  const Handle set(made, H5Dclose);
   if (!set.valid()) stop(path_, action, bytes);
   if (bytes > 0 && H5Dwrite(set, native<T>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, data) < 0) stop(path_, action, bytes);
 }

@@ -110,6 +110,25 @@ void write_group(File& file, const std::string& group, const Snapshot& s) {
   file.set_attribute(group, "time", s.time);
 }
 
+/// What run.xdmf has to know of one snapshot.
+struct SnapshotEntry {
+  std::string group;
+  double time = 0;
+  std::int64_t step = 0;
+  std::size_t n_nodes = 0, n_elements = 0, n_particles = 0;
+  std::vector<std::string> element_fields, particle_fields;  // sorted
+};
+
+SnapshotEntry entry_of(const Snapshot& s) {
+  SnapshotEntry e{group_of(s.step), s.time, s.step, s.node_x.size(), s.element_node.size(), s.particle_x.size(), {}, {}};
+  for (const Snapshot::Field& f : s.fields) {
+    if (!f.element.empty()) e.element_fields.push_back(f.name);
+    if (!f.particle.empty()) e.particle_fields.push_back(f.name);
+  }
+  for (auto* names : {&e.element_fields, &e.particle_fields}) std::sort(names->begin(), names->end());
+  return e;
+}
+
 SnapshotEntry entry_of(const File& file, const std::string& group) {
   SnapshotEntry e;
   e.group = group;
@@ -197,6 +216,12 @@ std::string particles_block(const SnapshotEntry& e) {
   return t + "</Grid>\n";
 }
 
+std::string snapshot_block(const SnapshotEntry& e) {
+  return fmt::format("<Grid Name=\"{}\" GridType=\"Collection\" CollectionType=\"Spatial\">\n<Time Value=\"{}\"/>\n", e.group,
+                     core::exact_decimal(e.time)) +
+         elements_block(e) + particles_block(e) + "</Grid>\n";
+}
+
 }  // namespace
 
 const Snapshot::Field* Snapshot::find(const std::string& name) const {
@@ -220,9 +245,9 @@ SnapshotWriter SnapshotWriter::reopen(const std::string& dir, double time) {
   const std::string path = writer.h5_path();
   try {
     File file(path, Access::modify);
-    for (SnapshotEntry& e : entries_of(file)) {
+    for (const SnapshotEntry& e : entries_of(file)) {
       if (e.time <= time)
-        writer.entries_.push_back(std::move(e));
+        writer.stored_.push_back({e.step, snapshot_block(e)});
       else
         file.remove(e.group);
     }
@@ -243,13 +268,13 @@ SnapshotWriter SnapshotWriter::reopen(const std::string& dir, double time) {
 void SnapshotWriter::append(const Snapshot& s) {
   check(s);
   const std::string group = group_of(s.step);
-  const bool again = !entries_.empty() && entries_.back().step == s.step;
-  if (!entries_.empty() && s.step < entries_.back().step)
+  const bool again = !stored_.empty() && stored_.back().step == s.step;
+  if (!stored_.empty() && s.step < stored_.back().step)
     throw core::GuardError(fmt::format("{}: snapshot of step {} comes after that of step {}", h5_path(), s.step,
-                                       entries_.back().step));
+                                       stored_.back().step));
   File file(h5_path(), Access::modify);
   if (file.has(group)) file.remove(group);
-  if (again) entries_.pop_back();
+  if (again) stored_.pop_back();
   try {
     file.claim(bytes_of(s), fmt::format("the snapshot of step {}", s.step));
     write_group(file, group, s);
@@ -259,7 +284,7 @@ void SnapshotWriter::append(const Snapshot& s) {
     if (again) write_xdmf();
     throw;
   }
-  entries_.push_back(entry_of(file, group));
+  stored_.push_back({s.step, snapshot_block(entry_of(s))});
   file.close();
   write_xdmf();
 }
@@ -267,11 +292,7 @@ void SnapshotWriter::append(const Snapshot& s) {
 void SnapshotWriter::write_xdmf() const {
   std::string t = "<?xml version=\"1.0\"?>\n<Xdmf Version=\"3.0\">\n<Domain>\n"
                   "<Grid Name=\"run\" GridType=\"Collection\" CollectionType=\"Temporal\">\n";
-  for (const SnapshotEntry& e : entries_) {
-    t += fmt::format("<Grid Name=\"{}\" GridType=\"Collection\" CollectionType=\"Spatial\">\n", e.group);
-    t += fmt::format("<Time Value=\"{}\"/>\n", core::exact_decimal(e.time));
-    t += elements_block(e) + particles_block(e) + "</Grid>\n";
-  }
+  for (const Stored& s : stored_) t += s.xdmf;
   write_atomically(dir_ + "/run.xdmf", t + "</Grid>\n</Domain>\n</Xdmf>\n");
 }
 

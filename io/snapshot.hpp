@@ -30,15 +30,6 @@ struct Snapshot {
   const Field* find(const std::string& name) const;
 };
 
-/// What run.xdmf has to know of one snapshot.
-struct SnapshotEntry {
-  std::string group;
-  double time = 0;
-  std::int64_t step = 0;
-  std::size_t n_nodes = 0, n_elements = 0, n_particles = 0;
-  std::vector<std::string> element_fields, particle_fields;
-};
-
 class SnapshotWriter {
  public:
   /// Makes DIR where needed and an empty run.h5 and run.xdmf in it, replacing what was there.
@@ -51,7 +42,7 @@ class SnapshotWriter {
   /// for a number that is not finite.
   void append(const Snapshot& s);
 
-  std::size_t size() const { return entries_.size(); }
+  std::size_t size() const { return stored_.size(); }
   const std::string& note() const { return note_; }
 
  private:
@@ -60,8 +51,12 @@ class SnapshotWriter {
   std::string h5_path() const { return dir_ + "/run.h5"; }
   void write_xdmf() const;
 
+  struct Stored {
+    std::int64_t step;
+    std::string xdmf;  ///< its part of run.xdmf
+  };
   std::string dir_;
-  std::vector<SnapshotEntry> entries_;
+  std::vector<Stored> stored_;
   std::string note_;
 };
 

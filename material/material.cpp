@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "material/material.hpp"
 
+#include <cmath>
+
 #include "core/error.hpp"
 
 namespace material {
@@ -65,6 +67,10 @@ void prepare(Material& m) {
 
 double shear_modulus(const Strength& strength) {
   return std::visit([](const auto& s) { return modulus(s); }, strength);
+}
+
+double sound_speed(const Material& m) {
+  return std::sqrt(eos::state(m.eos, m.rho_0, 0.0).c2 + 4.0 / 3.0 * shear_modulus(m.strength) / m.rho_0);
 }
 
 }  // namespace material

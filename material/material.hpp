@@ -94,4 +94,7 @@ void prepare(Material& material);
 /// The shear modulus in the reference state [Pa]; 0 without strength.
 double shear_modulus(const Strength& strength);
 
+/// Speed of longitudinal waves in the reference state [m/s].
+double sound_speed(const Material& material);
+
 }  // namespace material

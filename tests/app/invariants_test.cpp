@@ -223,10 +223,28 @@ TEST(OnlyWhatIsNeeded, NoParticleArrayBeforeTheFirstConversion) {
 }
 
 TEST(OnlyWhatIsNeeded, ADistantPlateSleepsAndIsNotSearched) {
-  auto s = small_case::begin({"body.projectile.center=[0,0,\"20 mm\"]"});
+  auto s = small_case::begin({"body.projectile.center=[0,0,\"20 mm\"]", "run.end=\"3 us\""});
   small_case::run(*s, 50);
   EXPECT_EQ(s->contact.searches, 0u);
   EXPECT_GT(s->work.element_updates_asleep, s->work.element_updates) << "the plate has more elements and is at rest";
+}
+
+TEST(OnlyWhatIsNeeded, APlateThatNothingCanReachIsCoarse) {
+  const auto wall = [](const std::string& z, const std::string& own = "") {
+    const std::string text = std::string(small_case::text) + R"([[body]]
+name = "wall"
+shape = "plate"
+size = ["6 mm", "6 mm"]
+thickness = "0.5 mm"
+material = "Al2024-T351"
+)" + own;
+    return small_case::set_up({"body.wall.center=[0,0,\"" + z + "\"]"}, text)->mesh.body_elements[2].size();
+  };
+  const auto near = wall("-10 mm"), far = wall("-14 mm");  // to 1 us a shock runs 11 mm, the debris 9 mm
+  EXPECT_GT(near, 500u);
+  EXPECT_EQ(far, 8u) << "one edge of 20 fine ones, two through the thickness";
+  EXPECT_EQ(wall("14 mm"), far) << "above";
+  EXPECT_GT(wall("-14 mm", "element_size = \"0.1 mm\"\n"), 100u);
 }
 
 TEST(OnlyWhatIsNeeded, AFinePlateAtRestDoesNotHoldTheStep) {
