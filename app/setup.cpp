@@ -84,6 +84,8 @@ static measure::Scene make_scene(const io::Case& spec, const std::vector<PlacedB
     const auto& b = spec.materials.at(spec.bodies[static_cast<std::size_t>(scene.plates[0])].material);
     const double closing = std::abs(shot.velocity.dot(first.normal));
     if (closing > 0) scene.peak_pressure_axis_hugoniot = eos::impact_pressure(a.eos, a.rho_0, b.eos, b.rho_0, closing);
+    if (shot.shape == io::Shape::sphere && closing > 0.999 * shot.velocity.norm())
+      scene.peak_pressure_jetting = eos::onset_of_jetting(a.eos, a.rho_0, b.eos, b.rho_0, closing).p;
   }
   return scene;
 }

@@ -3,6 +3,8 @@
 
 #include <cmath>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "core/error.hpp"
 
@@ -55,6 +57,38 @@ double impact_pressure(const Eos& a, double rho_0_a, const Eos& b, double rho_0_
     return hugoniot(b, rho_0_b, up_b).p - hugoniot(a, rho_0_a, v - up_b).p;
   });
   return hugoniot(b, rho_0_b, u).p;
+}
+
+/// Angle by which an attached shock of pressure p turns a stream of speed q; less than nothing where none stands in it [rad].
+static double turning(const HugoniotPoint& shock, double q) {
+  if (shock.Us >= q) return -1;
+  const double along = std::sqrt(q * q - shock.Us * shock.Us);
+  return std::asin(shock.Us / q) - std::atan2(shock.Us - shock.up, along);
+}
+
+ObliqueImpact onset_of_jetting(const Eos& a, double rho_0_a, const Eos& b, double rho_0_b, double v) {
+  if (!(v > 0)) return {0, 0};
+  constexpr int n = 200;
+  const double p_a_end = hugoniot(a, rho_0_a, v).p;
+  std::vector<HugoniotPoint> in_a, in_b;  // shocks of equal pressure, up to that of a body that does not give way
+  for (int k = 1; k <= n; ++k) {
+    const HugoniotPoint shock = hugoniot(b, rho_0_b, v * k / n);
+    if (shock.p > p_a_end) break;
+    in_b.push_back(shock);
+    in_a.push_back(hugoniot(a, rho_0_a, bisect(0, v, [&](double up) { return hugoniot(a, rho_0_a, up).p - shock.p; })));
+  }
+  // B's surface runs into the point of touch at v / tan(angle), A's at v / sin(angle)
+  const auto most = [&](double angle) {
+    double turned = -1;
+    std::size_t at = 0;
+    for (std::size_t k = 0; k < in_b.size(); ++k) {
+      const double ta = turning(in_a[k], v / std::sin(angle)), tb = turning(in_b[k], v / std::tan(angle));
+      if (ta >= 0 && tb >= 0 && ta + tb > turned) turned = ta + tb, at = k;
+    }
+    return std::pair{turned, at};
+  };
+  const double angle = bisect(0.01, 1.5, [&](double x) { return x - most(x).first; });
+  return {angle, in_b[most(angle).second].p};
 }
 
 }  // namespace eos

@@ -53,6 +53,7 @@ struct Scene {
   core::Symmetry symmetry;          ///< the matter given is the part on the positive sides
   double time = 0;                  ///< [s]
   double peak_pressure_axis = 0, peak_pressure_axis_hugoniot = 0, peak_pressure_max = 0;  ///< recorded while running [Pa]
+  double peak_pressure_jetting = 0;  ///< of the oblique impact at which jetting begins, 0 unless a sphere strikes [Pa]
 };
 
 struct Value {

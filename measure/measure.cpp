@@ -14,6 +14,7 @@ void measure_pressure(const Scene& scene, Result& result) {
   put("peak_pressure", scene.peak_pressure_axis);
   put("peak_pressure_hugoniot", scene.peak_pressure_axis_hugoniot);
   put("peak_pressure_max", scene.peak_pressure_max);
+  put("peak_pressure_jetting", scene.peak_pressure_jetting);
 }
 
 void measure_plate(const Whole& whole, const Scene& scene, int body, Result& result) {

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "core/error.hpp"
 #include "tests/eos/models.hpp"
@@ -89,6 +90,18 @@ TEST(Hugoniot, ImpactOfAluminiumOnCopper) {
   const double p = 92444397219.74805;
   EXPECT_NEAR(eos::impact_pressure(aluminium_2024(), 2785, copper(), 8930, 5000), p, 1e-8 * p);
   EXPECT_NEAR(eos::impact_pressure(copper(), 8930, aluminium_2024(), 2785, 5000), p, 1e-8 * p);
+}
+
+TEST(Hugoniot, ObliqueImpactBeforeJetting) {
+  // aluminium on itself at 8 km/s: attached shocks of Us = c_0 + s up, solved outside:
+  // 30.087 degrees, 185.9 GPa there, where a flat impact has 119.0
+  const auto own = eos::onset_of_jetting(aluminium_2024(), 2785, aluminium_2024(), 2785, 8000);
+  EXPECT_NEAR(own.angle * 180 / std::numbers::pi, 30.087, 0.01);
+  EXPECT_NEAR(own.p * 1e-9, 185.9, 1);
+  // harder to jet the slower
+  EXPECT_GT(eos::onset_of_jetting(aluminium_2024(), 2785, aluminium_2024(), 2785, 12000).angle, own.angle);
+  const auto copper_on_aluminium = eos::onset_of_jetting(copper(), 8930, aluminium_2024(), 2785, 8000);
+  EXPECT_GT(copper_on_aluminium.p, eos::impact_pressure(copper(), 8930, aluminium_2024(), 2785, 8000));
 }
 
 TEST(Hugoniot, BeyondTheRangeIsRefused) {
