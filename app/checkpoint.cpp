@@ -66,7 +66,7 @@ static void book_state(Archive& a, Simulation& s) {
   a("contact/dissipated", c.dissipated), a("contact/heated", c.heated), a("contact/wall_impulse", c.wall_impulse);
   a("contact/wall_angular_impulse", c.wall_angular_impulse), a("contact/leaks", c.leaks);
   a("contact/step", c.step);
-  a("run/time", s.time), a("run/dt", s.dt), a("run/dt_old", s.dt_old), a("run/dt_free", s.dt_free), a("run/steps", s.steps);
+  a("run/time", s.time), a("run/dt", s.dt), a("run/dt_old", s.dt_old), a("run/steps", s.steps);
   a("run/n_elements_initial", s.n_elements_initial), a("run/n_converted", s.n_converted), a("run/n_eroded", s.n_eroded);
   a("run/peak_removed", s.peak_removed), a("run/peak_removed_axis", s.peak_removed_axis);
   frozen_state(a, s);

@@ -151,13 +151,14 @@ struct Output {
 /// First multiple of `every` beyond the time.
 static double next_multiple(double time, double every) { return every * (std::floor(time / every * (1 + 1e-12) + 1e-9) + 1); }
 
+/// Steps until the end, and between them what is due: output follows the first step at or past its time and moves no step.
 static void advance_to_end(Simulation& s, Output& out) {
   Progress progress(s.time, s.spec.end);
   double last_checkpoint = 0, next_history = next_multiple(s.time, out.history_every);
   while (s.time < s.spec.end * (1 - 1e-12)) {
     if (interrupted) return progress.end();
     const double next_output = next_multiple(s.time, out.every);
-    choose_step(s, std::min(next_output, s.spec.end));
+    choose_step(s, s.spec.end);
     step(s);
     if (s.steps % 10 == 0) freeze_clouds(s);
     out.tell_warnings(s);
@@ -166,7 +167,7 @@ static void advance_to_end(Simulation& s, Output& out) {
       out.add_history(s);
       next_history = next_multiple(s.time, out.history_every);
     }
-    if (s.time >= next_output * (1 - 1e-9)) out.add_snapshot(take_snapshot(s));
+    if (s.time >= next_output) out.add_snapshot(take_snapshot(s));
     if (progress.seconds() - last_checkpoint > out.checkpoint_every) {
       out.add_checkpoint(s);
       last_checkpoint = progress.seconds();

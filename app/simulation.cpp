@@ -227,19 +227,18 @@ void choose_step(Simulation& s, double stop) {
   }
   constexpr double growth = 1.1, first = 0.1;  // nothing is known yet of what the bodies are about to do to each other
   if (s.dt_old == 0) dt *= first;
-  if (s.dt_old > 0 && dt > growth * s.dt_free) {
-    dt = growth * s.dt_free;
+  if (s.dt_old > 0 && dt > growth * s.dt_old) {
+    dt = growth * s.dt_old;
     s.limit.kind = "growth";
   }
-  s.dt_free = dt;
   // The last two steps before a stop share what is left, so that no step is a sliver.
   const double left = stop - s.time;
   if (dt >= left) {
     dt = left;
-    s.limit.kind = "output";
+    s.limit.kind = "end";
   } else if (2 * dt > left) {
     dt = 0.5 * left;
-    s.limit.kind = "output";
+    s.limit.kind = "end";
   }
   s.dt = dt;
 }

@@ -23,7 +23,7 @@ namespace app {
 
 /// What holds the time step down.
 struct StepLimit {
-  std::string kind;       ///< "element", "particle", "contact", "growth", "output"
+  std::string kind;       ///< "element", "particle", "contact", "growth", "end"
   std::size_t index = 0;  ///< element or particle
   double value = 0;       ///< [s]
 };
@@ -62,7 +62,6 @@ struct Simulation {
   double time = 0;                         ///< [s]
   double dt = 0;                           ///< of the step to come [s]
   double dt_old = 0;                       ///< of the step before; 0 at the start [s]
-  double dt_free = 0;                      ///< of the last one chosen, were there no output to land on [s]
   std::int64_t steps = 0;
   StepLimit limit;
   std::size_t n_elements_initial = 0, n_converted = 0, n_eroded = 0;
@@ -83,7 +82,7 @@ struct Simulation {
 /// the state is then that of the step's end.
 void step(Simulation& s);
 
-/// The stable step for the state now, not beyond `stop` (the next output or the end) [s].
+/// The stable step for the state now, not beyond `stop` [s].
 void choose_step(Simulation& s, double stop);
 
 /// First forces, stable steps and ledger of a freshly built state.

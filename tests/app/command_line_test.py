@@ -284,6 +284,16 @@ class Output(Folder):
         self.assertEqual(a["steps"], b["steps"])
         self.assertEqual(a["measurements"], b["measurements"])
 
+    def test_a_run_is_the_same_whatever_is_written(self):
+        runs = []
+        for every, folder in (("0.4 us", self.out), ("0.013 us", os.path.join(self.dir, "often"))):
+            r = self.ejecta("run", "case.toml", "--out", folder, "--set", f'output.every="{every}"')
+            self.assertEqual(r.returncode, 0, r.stderr)
+            runs.append(self.summary(folder))
+        self.assertEqual(runs[0]["steps"], runs[1]["steps"])
+        self.assertEqual(runs[0]["measurements"], runs[1]["measurements"])
+        self.assertEqual(runs[0]["conservation"], runs[1]["conservation"])
+
     def test_overrides_and_modes(self):
         r = self.ejecta("run", "case.toml", "--out", self.out, "--mode", "erosion", "--set", 'run.end="0.1 us"', "--threads", "2")
         self.assertEqual(r.returncode, 0, r.stderr)
