@@ -22,9 +22,25 @@ static Vec3 extent(const io::BodySpec& b) {
   }
 }
 
-double smallest_extent(const io::BodySpec& b) {
-  if (b.shape == Shape::mesh) return 0;
-  return extent(b).minCoeff();
+double smallest_extent(const io::BodySpec& b) { return extent(b).minCoeff(); }
+
+void measure_decks(io::Case& spec) {
+  for (auto& b : spec.bodies) {
+    if (b.shape != Shape::mesh) continue;
+    auto deck = io::read_mesh_deck(b.file, 1.0);
+    Vec3 low = Vec3::Constant(1e300), high = -low;
+    for (const Vec3& x : deck.x) low = low.cwiseMin(x), high = high.cwiseMax(x);
+    b.size = high - low;
+    b.deck_middle = 0.5 * (low + high);
+    const auto count = static_cast<double>(deck.node.size());
+    b.element_size = std::cbrt(fem::quality({std::move(deck.x), std::move(deck.node)}).volume / count);
+  }
+}
+
+/// Edge of the elements of what flies [m].
+static double projectile_edge(const io::Case& spec) {
+  const auto& shot = spec.bodies[static_cast<std::size_t>(projectile_of(spec))];
+  return shot.element_size.value_or(smallest_extent(shot) / spec.elements_across);
 }
 
 int projectile_of(const io::Case& spec) {
@@ -66,6 +82,9 @@ static core::Symmetry own_planes(const io::Case& spec, const io::BodySpec& b) {
   return own;
 }
 
+/// Middle of the body, or of the box round it [m].
+static Vec3 middle(const io::BodySpec& b) { return b.center + rotation(b) * b.deck_middle; }
+
 static Vec3 flight(const io::Case& spec) {
   const Vec3 v = spec.bodies[static_cast<std::size_t>(projectile_of(spec))].velocity;
   return v.isZero(0) ? Vec3(0, 0, -1) : Vec3(v.normalized());
@@ -73,7 +92,7 @@ static Vec3 flight(const io::Case& spec) {
 
 Vec3 where_struck(const io::Case& spec, std::size_t body) {
   const auto& b = spec.bodies[body];
-  const Vec3 n = b.normal.normalized(), from = spec.bodies[static_cast<std::size_t>(projectile_of(spec))].center, v = flight(spec);
+  const Vec3 n = b.normal.normalized(), from = middle(spec.bodies[static_cast<std::size_t>(projectile_of(spec))]), v = flight(spec);
   const double side = v.dot(n) > 0 ? -1 : 1;
   const double along = v.dot(n), thickness = extent(b)[2];
   if (std::abs(along) < 1e-9) return b.center;
@@ -82,7 +101,7 @@ Vec3 where_struck(const io::Case& spec, std::size_t body) {
 
 std::vector<int> plates_in_order(const io::Case& spec) {
   const int shot = projectile_of(spec);
-  const Vec3 from = spec.bodies[static_cast<std::size_t>(shot)].center, v = flight(spec);
+  const Vec3 from = middle(spec.bodies[static_cast<std::size_t>(shot)]), v = flight(spec);
   std::vector<std::pair<double, int>> met;
   for (std::size_t b = 0; b < spec.bodies.size(); ++b) {
     const auto& body = spec.bodies[b];
@@ -116,10 +135,9 @@ static bool reached(const io::Case& spec, const io::BodySpec& b) {
     const auto& material = spec.materials.at(m.material);
     sound = std::max(sound, material::sound_speed(material));
     if (m.velocity.isZero(0) && m.spin.isZero(0)) continue;
-    if (m.shape == Shape::mesh) return true;  // its size is not known yet
     const double radius = 0.5 * extent(m).norm();
     fastest = std::max(fastest, m.velocity.norm() + m.spin.norm() * radius);
-    nearest = std::min(nearest, distance(b, m.center) - radius);
+    nearest = std::min(nearest, distance(b, middle(m)) - radius);
   }
   return fastest == 0 || nearest < std::max(1.5 * fastest, sound + 0.75 * fastest) * spec.end;
 }
@@ -136,8 +154,8 @@ struct PlateGrid {
 /// Fine edge and half-width of the fine mesh for the k-th plate in flight order (k < 0: not on the line of flight).
 static std::pair<double, double> fineness(const io::Case& spec, const io::BodySpec& b, int k, double distance) {
   const auto& shot = spec.bodies[static_cast<std::size_t>(projectile_of(spec))];
-  const double d = smallest_extent(shot) > 0 ? smallest_extent(shot) : extent(b).minCoeff();
-  double fine = d / spec.elements_across;
+  const double d = smallest_extent(shot);
+  double fine = projectile_edge(spec);
   double half = 1.5 * d;
   constexpr double later_layers = 6, cloud_slope = 0.25, widest = 6;
   if (k > 0) {
@@ -211,7 +229,7 @@ static PlateGrid plate_grid(const io::Case& spec, std::size_t body) {
     line = fem::graded_line(cut ? 0.0 : -0.5 * edge, 0.5 * edge, grading);
   }
   const bool front_is_high = flight(spec).dot(turn.col(2)) < 0;
-  g.z = through(b, fine, half, d > 0 ? d : 1e300, front_is_high, own.plane[2]);
+  g.z = through(b, fine, half, d, front_is_high, own.plane[2]);
   return g;
 }
 
@@ -226,9 +244,7 @@ static fem::HexMesh placed(fem::HexMesh mesh, const io::BodySpec& b) {
 
 static PlacedBody place(const io::Case& spec, std::size_t body) {
   const io::BodySpec& b = spec.bodies[body];
-  const auto& shot = spec.bodies[static_cast<std::size_t>(projectile_of(spec))];
-  const double scale = smallest_extent(shot) > 0 ? smallest_extent(shot) : smallest_extent(b);
-  const double size = b.element_size.value_or(scale / spec.elements_across);
+  const double size = b.element_size.value_or(projectile_edge(spec));
   const core::Symmetry keep = own_planes(spec, b);
   PlacedBody p;
   p.spec = &b;
@@ -259,7 +275,6 @@ static PlacedBody place(const io::Case& spec, std::size_t body) {
       auto deck = io::read_mesh_deck(b.file, 1.0);
       p.count = static_cast<double>(deck.node.size());
       fem::HexMesh mesh{std::move(deck.x), std::move(deck.node)};
-      p.element_size = fem::quality(mesh).shortest_edge;
       p.make = [&b, mesh] { return placed(mesh, b); };
       break;
     }

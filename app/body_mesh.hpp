@@ -23,6 +23,9 @@ struct PlacedBody {
 /// One a body, in the case's order. The symmetry of the case must be resolved.
 std::vector<PlacedBody> place_bodies(const io::Case& spec);
 
+/// Sets the size and the middle (of the box round it) and the element size (cube root of the mean volume) of bodies whose mesh is a file.
+void measure_decks(io::Case& spec);
+
 /// The body that flies: the fastest one (the first of equals).
 int projectile_of(const io::Case& spec);
 

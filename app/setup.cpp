@@ -57,6 +57,7 @@ static measure::Scene make_scene(const io::Case& spec, const std::vector<PlacedB
   const auto& shot = spec.bodies[static_cast<std::size_t>(scene.projectile)];
   scene.impact_velocity = shot.velocity;
   scene.projectile_size = smallest_extent(shot);
+  scene.element_size = placed[static_cast<std::size_t>(scene.projectile)].element_size;
   for (std::size_t b = 0; b < spec.bodies.size(); ++b) {
     const auto& body = spec.bodies[b];
     const auto& material = spec.materials.at(body.material);
@@ -112,15 +113,29 @@ static void start_moving(const io::BodySpec& body, core::Range nodes, fem::Nodes
   }
 }
 
+/// A coarse surface node carries more mass into fine elements than stands there: until the wave has come back to it, they are
+/// pushed at its speed.
+static void warn_of_mismatch(const io::Case& spec, const std::vector<PlacedBody>& placed, std::vector<std::string>& warnings) {
+  constexpr double fair = 0.6;
+  const auto& shot = placed[static_cast<std::size_t>(projectile_of(spec))];
+  for (const int b : plates_in_order(spec)) {
+    const auto& plate = placed[static_cast<std::size_t>(b)];
+    if (plate.element_size < fair * shot.element_size)
+      warnings.push_back(fmt::format(
+          "body \"{}\" has elements of {:.3g} mm and \"{}\", which strikes it, of {:.3g} mm: pressures where they meet come out too high, by 6 % at "
+          "half the size and by 80 % at a quarter (4 mm sphere, 8 km/s); take like sizes for both",
+          plate.spec->name, plate.element_size * 1e3, shot.spec->name, shot.element_size * 1e3));
+  }
+}
+
 /// The column of elements built next to the line of flight: where the pressure on the axis is read.
 static void mark_axis(Simulation& s) {
   s.on_axis.assign(s.mesh.elements.size(), 0);
   if (s.scene.impact_velocity.isZero(0)) return;
   const Vec3 along = s.scene.impact_velocity.normalized();
-  const double reach = s.scene.element_size > 0 ? s.scene.element_size : s.scene.projectile_size / s.spec.elements_across;
   for (std::size_t el = 0; el < s.mesh.elements.size(); ++el) {
     const Vec3 d = fem::centre(s.mesh, el, s.mesh.nodes.x) - s.scene.aim;
-    s.on_axis[el] = (d - d.dot(along) * along).norm() <= 1.25 * reach;
+    s.on_axis[el] = (d - d.dot(along) * along).norm() <= 1.25 * s.scene.element_size;
   }
 }
 
@@ -175,6 +190,7 @@ constexpr double bytes_per_element = 700, bytes_per_particle = 3000;
 
 Estimate estimate(const io::Case& given) {
   io::Case spec = given;
+  measure_decks(spec);
   spec.symmetry = find_symmetry(spec);
   Estimate r;
   for (const auto& b : place_bodies(spec)) {
@@ -192,6 +208,7 @@ std::unique_ptr<Simulation> set_up(const io::Case& given) {
   auto s = std::make_unique<Simulation>();
   s->spec = given;
   io::Case& spec = s->spec;
+  measure_decks(spec);
   spec.symmetry = find_symmetry(spec);
   spec.symmetry_auto = false;
   const Estimate cost = estimate(spec);
@@ -204,6 +221,7 @@ std::unique_ptr<Simulation> set_up(const io::Case& given) {
                                   : fmt::format("run.fidelity = \"{}\" ({} elements across)", spec.fidelity, spec.elements_across), cost.elements, cost.bytes / (1 << 30), cost.available / (1 << 30)));
   auto placed = place_bodies(spec);
   check_overlap(spec);
+  warn_of_mismatch(spec, placed, s->warnings);
   for (auto& b : placed) {
     const auto& material = spec.materials.at(b.spec->material);
     s->materials.push_back(material);

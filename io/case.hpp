@@ -28,6 +28,7 @@ struct BodySpec {
   core::Vec3 spin{0, 0, 0};                  ///< angular velocity about the center [rad/s]
   std::string material;                      ///< name
   std::string file;                          ///< mesh: LS-DYNA keyword deck with *NODE and *ELEMENT_SOLID, relative to the case
+  core::Vec3 deck_middle{0, 0, 0};           ///< mesh: middle of the box round the file's coordinates [m]
   std::optional<double> element_size;        ///< overrides what fidelity gives [m]
   std::optional<double> fine_radius;         ///< plate, box: radius of the fine mesh round where it is struck [m]
   std::optional<int> elements_through;       ///< plate: elements through the thickness

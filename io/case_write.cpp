@@ -69,7 +69,7 @@ std::string body(const BodySpec& b) {
   std::string t = "\n[[body]]\n" + line("name", toml_string(b.name)) + line("shape", toml_string(to_string(b.shape)));
   t += shape(b) + line("center", b.center) + line("normal", b.normal) + line("velocity", b.velocity);
   t += line("spin", b.spin) + line("material", toml_string(b.material));
-  if (b.element_size) t += line("element_size", *b.element_size);
+  if (b.element_size && b.shape != Shape::mesh) t += line("element_size", *b.element_size);
   if (b.fine_radius) t += line("fine_radius", *b.fine_radius);
   if (b.elements_through) t += line("elements_through", std::to_string(*b.elements_through));
   return t;

@@ -3,7 +3,11 @@
 // or awake, resumed or not.
 #include <gtest/gtest.h>
 
+#include <unistd.h>
+
 #include <algorithm>
+#include <filesystem>
+#include <fstream>
 
 #include "app/checkpoint.hpp"
 #include "core/error.hpp"
@@ -245,6 +249,37 @@ material = "Al2024-T351"
   EXPECT_EQ(far, 8u) << "one edge of 20 fine ones, two through the thickness";
   EXPECT_EQ(wall("14 mm"), far) << "above";
   EXPECT_GT(wall("-14 mm", "element_size = \"0.1 mm\"\n"), 100u);
+}
+
+TEST(Meshes, APlateMatchesAProjectileFromADeck) {
+  const auto path = std::filesystem::temp_directory_path() / ("ejecta_cube_" + std::to_string(getpid()) + ".k");
+  {  // a cube of 1 mm of 2 x 2 x 2 elements
+    std::ofstream f(path);
+    f << "*NODE\n";
+    const auto id = [](int i, int j, int k) { return 1 + i + 3 * j + 9 * k; };
+    for (int k = 0; k < 3; ++k)
+      for (int j = 0; j < 3; ++j)
+        for (int i = 0; i < 3; ++i) f << id(i, j, k) << ", " << i * 5e-4 << ", " << j * 5e-4 << ", " << k * 5e-4 + 1e-5 << "\n";
+    f << "*ELEMENT_SOLID\n";
+    for (int k = 0, n = 1; k < 2; ++k)
+      for (int j = 0; j < 2; ++j)
+        for (int i = 0; i < 2; ++i, ++n)
+          f << n << ", 1, " << id(i, j, k) << ", " << id(i + 1, j, k) << ", " << id(i + 1, j + 1, k) << ", " << id(i, j + 1, k) << ", " << id(i, j, k + 1) << ", "
+            << id(i + 1, j, k + 1) << ", " << id(i + 1, j + 1, k + 1) << ", " << id(i, j + 1, k + 1) << "\n";
+    f << "*END\n";
+  }
+  const auto set_up = [&](const std::string& of_plate) {
+    return small_case::set_up({}, "title = \"deck\"\n[run]\nmode = \"hybrid\"\nend = \"1 us\"\nelements_across = 8\n"
+                                  "[[body]]\nname = \"cube\"\nshape = \"mesh\"\nfile = \"" + path.string() + "\"\nvelocity = [0, 0, \"-6 km/s\"]\nmaterial = \"Al2024-T351\"\n"
+                                  "[[body]]\nname = \"bumper\"\nshape = \"plate\"\nsize = [\"6 mm\", \"6 mm\"]\nthickness = \"1 mm\"\ncenter = [0, 0, \"-0.5 mm\"]\n"
+                                  "material = \"Al2024-T351\"\n" + of_plate);
+  };
+  const auto s = set_up("");
+  EXPECT_NEAR(s->scene.element_size, 5e-4, 1e-12);
+  EXPECT_NEAR(s->scene.projectile_size, 1e-3, 1e-12);
+  EXPECT_TRUE(s->warnings.empty());
+  EXPECT_EQ(set_up("element_size = \"0.2 mm\"\n")->warnings.size(), 1u) << "much finer than what strikes it";
+  std::filesystem::remove(path);
 }
 
 TEST(OnlyWhatIsNeeded, AFinePlateAtRestDoesNotHoldTheStep) {
