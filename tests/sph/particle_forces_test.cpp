@@ -237,6 +237,38 @@ TEST(PairSums, ParticleThatPassesASymmetryPlaneChangesPlacesWithItsImage) {
   }
 }
 
+TEST(StableStep, CountsWhatStandsRoundAndWhetherItBearsShear) {
+  // 0.5 h / (1.6 c) at rest (Monaghan 1992, section 10, with alpha = 1), c times the acoustic share
+  Cloud c(6, 0);
+  for (auto& v : c.p.v) v.setZero();
+  const auto share = [](Cloud& cloud, std::size_t i) {
+    cloud.sums();
+    cloud.work(0, 0);
+    return 0.5 * cloud.p.h[i] / (1.6 * cloud.p.pt.c[i] * cloud.p.dt[i]);
+  };
+  const auto inside = static_cast<std::size_t>(std::find(c.lattice.begin(), c.lattice.end(), std::array<int, 3>{3, 3, 3}) - c.lattice.begin());
+  EXPECT_NEAR(share(c, inside), 0.65, 1e-6);
+  for (auto& s : c.p.pt.s) std::fill(s.begin(), s.end(), 0.0);
+  EXPECT_NEAR(share(c, inside), 1, 1e-6) << "gas";
+
+  // Gas without the correction: four in a square, the trace of whose moments is that of V |dW/dr| r; a pair, down to a quarter.
+  const auto few = [&](const std::function<bool(const Vec3&)>& keep, double stretch) {
+    Cloud some(2, 0, keep);
+    for (auto& s : some.p.pt.s) std::fill(s.begin(), s.end(), 0.0);
+    for (std::size_t i = 0; i < some.p.size(); ++i) {
+      some.p.v[i].setZero(), some.p.x[i] *= stretch;
+      some.p.pt.rho[i] = rho_0, sph::set_smoothing_length(some.p, i);
+    }
+    return share(some, 0);
+  };
+  const auto square = [](const Vec3& x) { return x[2] < spacing; };
+  const auto pair = [](const Vec3& x) { return x[1] < spacing && x[2] < spacing; };
+  const auto part = [](double r) { return -spacing * spacing * spacing * sph::kernel_slope(r, sph::h_over_spacing * spacing) * r * r; };
+  EXPECT_NEAR(few(square, 1), 2 * part(spacing) + part(std::sqrt(2) * spacing), 1e-5);
+  EXPECT_NEAR(few(pair, 1), 0.25, 1e-6);
+  EXPECT_LT(few(pair, 2.5), 1e-12) << "free flight holds no step";
+}
+
 TEST(PairSums, BodiesPushAndNeverPull) {
   Cloud c(6, 0);
   for (std::size_t i = 0; i < c.p.size(); ++i) {
