@@ -26,7 +26,7 @@ double smallest_extent(const io::BodySpec& b) { return extent(b).minCoeff(); }
 
 void measure_decks(io::Case& spec) {
   for (auto& b : spec.bodies) {
-    if (b.shape != Shape::mesh) continue;
+    if (b.shape != Shape::mesh || b.element_size) continue;  // no case gives a deck's element size: it is known by now
     auto deck = io::read_mesh_deck(b.file, 1.0);
     Vec3 low = Vec3::Constant(1e300), high = -low;
     for (const Vec3& x : deck.x) low = low.cwiseMin(x), high = high.cwiseMax(x);

@@ -31,23 +31,31 @@ double search_limit(const Eos& model, double rho_0) {
   return 1 - rho_0 / rho_guard;
 }
 
+/// The balance of momentum behind a shock to up [m/s] that compresses by x = 1 - rho_0/rho = up/Us; e follows from up and x.
+struct Balance {
+  const Eos& model;
+  double rho_0, up, e_0, p_0;
+  double energy(double x) const { return e_0 + 0.5 * up * up + p_0 * x / rho_0; }
+  /// (p - p_0) x - rho_0 up^2 [Pa]: 0 on the Hugoniot
+  double excess(double x) const { return (state(model, rho_0 / (1 - x), energy(x)).p - p_0) * x - rho_0 * up * up; }
+  bool in_range() const { return up > 0 && excess(search_limit(model, rho_0)) > 0; }
+};
+
+Balance balance(const Eos& model, double rho_0, double up, double e_0) { return {model, rho_0, up, e_0, state(model, rho_0, e_0).p}; }
+
 }  // namespace
 
 HugoniotPoint hugoniot(const Eos& model, double rho_0, double up, double e_0) {
   const State<double> ahead = state(model, rho_0, e_0);
   if (up == 0) return {0, std::sqrt(ahead.c2), ahead.p, rho_0, e_0, ahead.temperature};
-  // x = 1 - rho_0/rho = up/Us; e follows from up and x, and momentum is the equation left: (p - p_0) x = rho_0 up^2
-  const auto energy = [&](double x) { return e_0 + 0.5 * up * up + ahead.p * x / rho_0; };
-  const auto excess = [&](double x) {
-    return (state(model, rho_0 / (1 - x), energy(x)).p - ahead.p) * x - rho_0 * up * up;
-  };
+  const Balance shock = balance(model, rho_0, up, e_0);
   const double x_end = search_limit(model, rho_0);
-  if (!(up > 0) || !(excess(x_end) > 0))
+  if (!shock.in_range())
     throw core::CaseError("Hugoniot: particle velocity " + std::to_string(up) +
                           " m/s is outside the range of the equation of state; the largest compression it covers is " +
                           std::to_string(1 / (1 - x_end)));
-  const double x = bisect(0, x_end, excess);
-  const double rho = rho_0 / (1 - x), e = energy(x);
+  const double x = bisect(0, x_end, [&](double a) { return shock.excess(a); });
+  const double rho = rho_0 / (1 - x), e = shock.energy(x);
   return {up, up / x, ahead.p + rho_0 * up * up / x, rho, e, state(model, rho, e).temperature};
 }
 
@@ -69,13 +77,15 @@ static double turning(const HugoniotPoint& shock, double q) {
 ObliqueImpact onset_of_jetting(const Eos& a, double rho_0_a, const Eos& b, double rho_0_b, double v) {
   if (!(v > 0)) return {0, 0};
   constexpr int n = 200;
-  const double p_a_end = hugoniot(a, rho_0_a, v).p;
+  const auto covered = [&](double up) { return balance(a, rho_0_a, up, 0).in_range() && balance(b, rho_0_b, up, 0).in_range(); };
+  const double up_end = covered(v) ? v : (1 - 1e-9) * bisect(0, v, [&](double up) { return covered(up) ? -1 : 1; });
+  const double p_a_end = hugoniot(a, rho_0_a, up_end).p;
   std::vector<HugoniotPoint> in_a, in_b;  // shocks of equal pressure, up to that of a body that does not give way
   for (int k = 1; k <= n; ++k) {
-    const HugoniotPoint shock = hugoniot(b, rho_0_b, v * k / n);
+    const HugoniotPoint shock = hugoniot(b, rho_0_b, up_end * k / n);
     if (shock.p > p_a_end) break;
     in_b.push_back(shock);
-    in_a.push_back(hugoniot(a, rho_0_a, bisect(0, v, [&](double up) { return hugoniot(a, rho_0_a, up).p - shock.p; })));
+    in_a.push_back(hugoniot(a, rho_0_a, bisect(0, up_end, [&](double up) { return hugoniot(a, rho_0_a, up).p - shock.p; })));
   }
   // B's surface runs into the point of touch at v / tan(angle), A's at v / sin(angle)
   const auto most = [&](double angle) {
@@ -88,7 +98,9 @@ ObliqueImpact onset_of_jetting(const Eos& a, double rho_0_a, const Eos& b, doubl
     return std::pair{turned, at};
   };
   const double angle = bisect(0.01, 1.5, [&](double x) { return x - most(x).first; });
-  return {angle, in_b[most(angle).second].p};
+  const std::size_t at = most(angle).second;
+  if (up_end < v && at + 1 == in_b.size()) return {0, 0};
+  return {angle, in_b[at].p};
 }
 
 }  // namespace eos

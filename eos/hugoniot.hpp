@@ -33,7 +33,7 @@ struct ObliqueImpact {
 /// Surfaces of A and B at an angle close at speed v [m/s] along B's normal, both at e = 0. Seen from where they touch, both flow in
 /// steadily and an attached shock turns each into the common interface. That has a solution up to an angle from which on
 /// matter jets; the pressure rises on the way there, from impact_pressure() to the value returned. A sphere on a plate goes
-/// through all these angles. v > 0, else {0, 0}.
+/// through all these angles. {0, 0} where v is not positive or the range of a model ends before.
 ObliqueImpact onset_of_jetting(const Eos& a, double rho_0_a, const Eos& b, double rho_0_b, double v);
 
 }  // namespace eos

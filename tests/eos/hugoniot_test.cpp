@@ -104,6 +104,14 @@ TEST(Hugoniot, ObliqueImpactBeforeJetting) {
   EXPECT_GT(copper_on_aluminium.p, eos::impact_pressure(copper(), 8930, aluminium_2024(), 2785, 8000));
 }
 
+TEST(Hugoniot, ObliqueImpactNearTheEndOfTheRange) {
+  // 25 km/s is beyond the shocks that the model covers, a flat impact at that speed is not
+  EXPECT_THROW(eos::hugoniot(aluminium_2024(), 2785, 25000), core::CaseError);
+  const double flat = eos::impact_pressure(aluminium_2024(), 2785, aluminium_2024(), 2785, 25000);
+  EXPECT_GT(eos::onset_of_jetting(aluminium_2024(), 2785, aluminium_2024(), 2785, 25000).p, flat);
+  EXPECT_EQ(eos::onset_of_jetting(aluminium_2024(), 2785, aluminium_2024(), 2785, 200000).p, 0) << "no jetting within the range";
+}
+
 TEST(Hugoniot, BeyondTheRangeIsRefused) {
   EXPECT_THROW(eos::hugoniot(aluminium_2024(), 2785, 1e6), core::CaseError);
 }
