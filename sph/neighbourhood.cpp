@@ -27,6 +27,9 @@ static int axis_of(const Mirror& m) {
 
 static Vec3 reflect(const Mirror& m, const Vec3& a) { return a - 2 * m.normal.dot(a) * m.normal; }
 
+/// Where the image of a point is.
+static Vec3 mirrored(const Mirror& m, const Vec3& x) { return m.point + reflect(m, Vec3(x - m.point)); }
+
 static core::Mat3 reflect(const Mirror& m, const core::Mat3& a) {
   core::Mat3 r = a;
   if (const int d = axis_of(m); d >= 0) {
@@ -59,7 +62,7 @@ void keep_in_front(const std::vector<Mirror>& mirrors, Particles& p) {
     if (m.wall) continue;
     core::for_each(p.size(), [&](std::size_t i) {
       if (!(m.normal.dot(p.x[i] - m.point) < 0)) return;
-      p.x[i] = m.point + reflect(m, Vec3(p.x[i] - m.point));
+      p.x[i] = mirrored(m, p.x[i]);
       for (auto* v : {&p.v, &p.v_mean}) (*v)[i] = reflect(m, (*v)[i]);
       std::array<double, 6> s;
       for (std::size_t k = 0; k < 6; ++k) s[k] = p.pt.s[k][i];
@@ -261,7 +264,7 @@ void reflect_places(Neighbourhood& hood) {
   auto& place = hood.actors.place;
   each_image(hood, [&](std::size_t i, std::size_t s, const Mirror& m) {
     place[i] = place[s];
-    place[i].x = m.point + reflect(m, Vec3(place[s].x - m.point));
+    place[i].x = mirrored(m, place[s].x);
   });
 }
 
