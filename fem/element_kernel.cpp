@@ -25,6 +25,7 @@ static Real gather_motion(Index node, const Nodes& n, const double* force, Corne
 }
 
 static void load_point(const core::Points& pt, std::size_t el, material::Point<Real>& r) {
+  r.m = core::load<Real>(&pt.m[el]);
   r.rho = core::load<Real>(&pt.rho[el]);
   r.e = core::load<Real>(&pt.e[el]);
   r.p = core::load<Real>(&pt.p[el]);

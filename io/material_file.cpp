@@ -144,7 +144,10 @@ Fields fields(material::JohnsonCookDamage& s) {
           {"T_room", &s.T_room, Dimension::temperature, positive, optional_field},
           {"T_melt", &s.T_melt, Dimension::temperature, positive, optional_field}};
 }
-Fields spall_fields(material::Material& m) { return {{"limit", &m.spall, Dimension::pressure, positive}}; }
+Fields spall_fields(material::Material& m) {
+  return {{"limit", &m.spall, Dimension::pressure, positive},
+          {"fracture_energy", &m.fracture_energy, Dimension::surface_energy, not_negative, optional_field}};
+}
 Fields phase_fields(material::Material& m) {
   const auto e = Dimension::specific_energy;
   return {{"e_melt", &m.e_melt, e, positive, optional_field},

@@ -57,6 +57,7 @@ double modulus(const ZerilliArmstrong& s) { return s.G; }
 void prepare(Material& m) {
   require(m.rho_0 > 0, m, "rho_0 is " + number(m.rho_0) + " kg/m3, must be positive");
   require(m.spall > 0, m, "spall limit is " + number(m.spall) + " Pa, must be positive");
+  require(m.fracture_energy >= 0, m, "fracture energy is " + number(m.fracture_energy) + " J/m2, must not be negative");
   std::visit([&](const auto& s) { check(s, m); }, m.strength);
   if (m.damage) {
     require(m.damage->rate_0 > 0, m, "damage.rate_0 must be positive");

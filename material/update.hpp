@@ -7,8 +7,8 @@
 // its corrector: the energy that is booked is the compatible one, so an error here does not accumulate):
 //   e_est = e + [-(p + q) tr d + s:d] / (2 rho_mid),   rho_mid = (rho + rho_new)/2
 // Then p, c, T; strength by radial return (material/radial_return.hpp); failure:
-//   spall     p < -spall: the point fails;
-//   damage    grows by d(eps_p)/eps_f; at 1 the point fails.
+//   damage    grows by d(eps_p)/eps_f; at 1 the point fails;
+//   spall     a point bears the tension spall (1 - damage), and what is pulled further tears (tear, below).
 // A failed point is powder: s = 0 and p >= 0 from then on, plastic strain and damage stay as they are. Strain rate: the step's
 // equivalent deviatoric strain sqrt(2/3 d':d') over dt (elastic part included, which is negligible once matter flows).
 #pragma once
@@ -26,6 +26,7 @@ namespace material {
 /// One point (T = double) or lanes of points (T = core::Pack) in registers; fields as in core::Points.
 template <class T>
 struct Point {
+  T m;  ///< mass that the point stands for [kg]: the size that tears
   T rho, e, p, c, temperature;
   T s[6];  ///< xx yy zz xy yz zx
   T eps_p, damage;
@@ -78,6 +79,23 @@ void update_strength(const Material& m, const Law& law, double dt, FlowState<T> 
   pt.c = core::sqrt(pt.c * pt.c + select(carries, G, T(0.0)) * T(4.0 / 3.0) / pt.rho);
 }
 
+/// Spall as a crack band (Hillerborg, Modeer & Petersson, Cem. Concr. Res. 6 (1976) 773; Bazant & Oh, Mater. Struct. 16 (1983)
+/// 155): one plane of crack opens through a point of edge L, reference size, and the tension across it falls linearly,
+///   p >= -spall (1 - D),   dD = L tr(d) / opening,   opening = 2 fracture_energy / spall,
+/// so that parting takes fracture_energy a unit of area whatever L is, and pieces as large as Grady's (J. Mech. Phys. Solids 36
+/// (1988) 353) are left whole where the mesh is finer than they are. fracture_energy = 0: all is lost at once.
+template <class T>
+void tear(const Material& m, T trace, Point<T>& pt) {
+  using core::select;
+  const auto torn = pt.p < T(-m.spall) * (T(1.0) - pt.damage);
+  if (!core::any(torn)) return;
+  T more(1.0);
+  if (m.fracture_energy > 0)
+    more = core::max(trace, T(0.0)) * core::cbrt(pt.m / T(m.rho_0)) * T(0.5 * m.spall / m.fracture_energy);
+  pt.damage = select(torn, core::min(pt.damage + more, T(1.0)), pt.damage);
+  pt.p = select(torn, core::max(pt.p, T(-m.spall) * (T(1.0) - pt.damage)), pt.p);
+}
+
 /// Brings a point from step n to n+1. rho_new is the new density [kg/m3]; q the bulk viscous pressure at n [Pa], which adds
 /// to p in the energy estimate only; dt [s] > 0.
 template <class T>
@@ -91,7 +109,7 @@ void update(const Material& m, double dt, T rho_new, const Increment<T>& inc, T 
   pt.p = state.p;
   pt.c = core::sqrt(state.c2);
   pt.temperature = state.temperature;
-  pt.damage = select(pt.p < T(-m.spall), T(1.0), pt.damage);
+  tear(m, trace, pt);
 
   std::visit(
       [&](const auto& law) {

@@ -26,6 +26,7 @@ void store(double* a, Real v, std::size_t n) {
 
 material::Point<Real> load_point(const core::Points& pt, std::size_t i, std::size_t n) {
   material::Point<Real> r;
+  r.m = load(&pt.m[i], n);
   r.rho = load(&pt.rho[i], n), r.e = load(&pt.e[i], n), r.p = load(&pt.p[i], n), r.c = load(&pt.c[i], n);
   r.temperature = load(&pt.T[i], n);
   for (std::size_t k = 0; k < 6; ++k) r.s[k] = load(&pt.s[k][i], n);

@@ -124,7 +124,7 @@ peak_pressure_axis = "150 GPa"
 [materials.mine]
 base = "W"
 rho_0 = "17.6 g/cm3"
-spall = { limit = "2 GPa" }
+spall = { limit = "2 GPa", fracture_energy = "0.5 kJ/m2" }
 [materials.mine.strength]
 model = "perfectly_plastic"
 G = "160 GPa"
@@ -287,6 +287,7 @@ TEST_F(CaseFile, ResolvedCaseReadsBackToTheSame) {
       EXPECT_EQ(back.materials.at(name).eos.index(), m.eos.index());
       EXPECT_EQ(back.materials.at(name).strength.index(), m.strength.index());
       EXPECT_EQ(back.materials.at(name).spall, m.spall);
+      EXPECT_EQ(back.materials.at(name).fracture_energy, m.fracture_energy);
       EXPECT_EQ(back.materials.at(name).e_vaporised, m.e_vaporised);
       EXPECT_EQ(back.materials.at(name).damage.has_value(), m.damage.has_value());
     }

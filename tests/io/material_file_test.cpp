@@ -138,6 +138,15 @@ TEST(MaterialFile, AnotherModelReplacesTheGroup) {
   EXPECT_FALSE(find_in("[materials.x]\nbase = \"Al2024-T351\"\ndamage = { model = \"none\" }\n", "x").damage);
 }
 
+TEST(MaterialFile, FractureEnergyStaysWhereOnlyTheLimitChanges) {
+  const material::Material m = find_in("[materials.x]\nbase = \"Al6061-T6\"\nspall = { limit = \"2 GPa\" }\n", "x");
+  EXPECT_EQ(m.spall, 2e9);
+  EXPECT_EQ(m.fracture_energy, 10900);
+  EXPECT_EQ(find_in("[materials.x]\nbase = \"W\"\nspall = { limit = 1, fracture_energy = \"3 J/cm2\" }\n", "x").fracture_energy, 30000);
+  expect_parts(error_of("[materials.x]\nbase = \"W\"\nspall = { fracture_energy = \"-1 J/m2\" }\n"), {"case.toml:3: materials.x.spall.fracture_energy", "-1"});
+  expect_parts(error_of("[materials.x]\nbase = \"W\"\nspall = { fracture_energy = \"1 J\" }\n"), {"case.toml:3: materials.x.spall.fracture_energy", "kJ/m2"});
+}
+
 TEST(MaterialFile, DensityOfTheBaseMayChange) {
   const material::Material m = find_in("[materials.x]\nbase = \"Al2024-T351\"\nrho_0 = \"2.8 g/cm3\"\n", "x");
   EXPECT_EQ(std::get<eos::MieGrueneisen>(m.eos).rho_0, 2800);

@@ -41,6 +41,7 @@ inline material::Material aluminium(material::Strength strength) {
 /// A point at rest in the reference state.
 inline material::Point<double> virgin(const material::Material& m) {
   material::Point<double> pt{};
+  pt.m = 1e-9;
   pt.rho = m.rho_0;
   const auto s = eos::state(m.eos, pt.rho, 0.0);
   pt.c = s.c2;

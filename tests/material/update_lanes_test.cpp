@@ -20,7 +20,7 @@ struct Sample {
 /// The numbers of a point, in order.
 template <class T>
 std::vector<T*> fields(material::Point<T>& p) {
-  std::vector<T*> f{&p.rho, &p.e, &p.p, &p.c, &p.temperature};
+  std::vector<T*> f{&p.m, &p.rho, &p.e, &p.p, &p.c, &p.temperature};
   for (T& s : p.s) f.push_back(&s);
   f.push_back(&p.eps_p);
   f.push_back(&p.damage);
@@ -34,6 +34,7 @@ std::vector<Sample> samples(const material::Material& m, int n) {
   for (int i = 0; i < n; ++i) {
     Sample s{};
     const bool wild = i % 2 == 0;
+    s.pt.m = m.rho_0 * std::pow(10.0, -12 - 3 * u(random));
     s.pt.rho = m.rho_0 * (wild ? 0.01 + 2.49 * u(random) : 0.95 + 0.3 * u(random));
     s.pt.e = eos::cold_energy(m.eos, s.pt.rho) + std::pow(10.0, (wild ? 8 : 6) * u(random));
     s.pt.p = eos::state(m.eos, s.pt.rho, s.pt.e).p;
@@ -99,6 +100,7 @@ void compare(const material::Material& m, const std::vector<Sample>& all) {
 void sweep(material::Material m) {
   m.damage = damage_4340();
   m.spall = 1.5e9;
+  m.fracture_energy = 2e4;
   const auto all = samples(m, 4096);
   compare<core::Pack<2>>(m, all);
   compare<core::Pack<4>>(m, all);
