@@ -204,3 +204,20 @@ TEST(Update, WeakenedMatterTearsEarlier) {
   while (pt.damage == 0.75) step(m, Inc{{1e-5, 0, 0, 0, 0, 0}, {0, 0, 0}}, 1e-9, pt);
   EXPECT_NEAR(pt.p, -0.3e9, 2e6);
 }
+
+TEST(Update, MoltenMatterTearsAtOnce) {
+  auto m = aluminium(jc_2024());
+  m.spall = 1.2e9;
+  m.fracture_energy = 8200;
+  auto pt = virgin(m);
+  pt.e = 1e6;  // above 775 K
+  double last = 0;
+  while (pt.damage < 1) {
+    EXPECT_EQ(pt.damage, 0.0);
+    last = pt.p;
+    step(m, Inc{{1e-4, 0, 0, 0, 0, 0}, {0, 0, 0}}, 1e-9, pt);
+  }
+  EXPECT_GE(last, -1.2e9);
+  EXPECT_LT(last, -1.18e9);
+  EXPECT_EQ(pt.p, 0.0);
+}
