@@ -76,7 +76,7 @@ struct Material {
   Strength strength;
   std::optional<JohnsonCookDamage> damage;   ///< none: plastic strain does no damage
   double spall = 1e300;                      ///< tension at which the point begins to tear, positive [Pa]
-  double fracture_energy = 0;                ///< work that a unit of area of crack takes once it tears, while solid [J/m2]
+  double fracture_energy = 0;                ///< work that a unit of area of crack takes once solid matter tears [J/m2]
   double e_melt = 1e300;                     ///< specific energy at which melting begins on release to zero pressure [J/kg]
   double e_melted = 1e300;                   ///< ... at which it is complete [J/kg]
   double e_vapour = 1e300;                   ///< ... at which vaporisation begins [J/kg]

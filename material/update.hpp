@@ -45,25 +45,6 @@ inline double shear_modulus_of(const JohnsonCook& s) { return s.G; }
 inline double shear_modulus_of(const SteinbergGuinan& s) { return s.G_0; }
 inline double shear_modulus_of(const ZerilliArmstrong& s) { return s.G; }
 
-/// Spall as a crack band (Hillerborg, Modeer & Petersson, Cem. Concr. Res. 6 (1976) 773; Bazant & Oh, Mater. Struct. 16 (1983)
-/// 155): one plane of crack opens through a point of edge L, reference size, and the tension across it falls linearly,
-///   p >= -spall (1 - D),   dD = L tr(d) / opening,   opening = 2 fracture_energy / spall,
-/// so that parting takes fracture_energy a unit of area whatever L is, and pieces as large as Grady's (J. Mech. Phys. Solids 36
-/// (1988) 353) are left whole where the mesh is finer than they are. What is not solid has no fracture energy: all goes at once.
-template <class T, class Mask>
-void tear(const Material& m, T trace, Mask solid, Point<T>& pt) {
-  using core::select;
-  const auto torn = pt.p < T(-m.spall) * (T(1.0) - pt.damage);
-  if (!core::any(torn)) return;
-  T more(1.0);
-  if (m.fracture_energy > 0) {
-    const T opens = core::max(trace, T(0.0)) * core::cbrt(pt.m / T(m.rho_0)) * T(0.5 * m.spall / m.fracture_energy);
-    more = select(solid, opens, more);
-  }
-  pt.damage = select(torn, core::min(pt.damage + more, T(1.0)), pt.damage);
-  pt.p = select(torn, core::max(pt.p, T(-m.spall) * (T(1.0) - pt.damage)), pt.p);
-}
-
 /// Strength and damage over the step at the new state `at`; fails what has reached the end.
 template <class Law, class T>
 void update_strength(const Material& m, const Law& law, double dt, FlowState<T> at, const Increment<T>& inc,
@@ -77,7 +58,6 @@ void update_strength(const Material& m, const Law& law, double dt, FlowState<T> 
   at.rate = strain / T(dt);
 
   const auto law_now = flow(law, at);
-  tear(m, T(3.0) * third, law_now.G > T(0.0), pt);
   const auto whole = pt.damage < T(1.0);
   const T G = select(whole, law_now.G, T(0.0));
   const T sigma_old = effective_stress(pt.s);
@@ -99,6 +79,28 @@ void update_strength(const Material& m, const Law& law, double dt, FlowState<T> 
   pt.c = core::sqrt(pt.c * pt.c + select(carries, G, T(0.0)) * T(4.0 / 3.0) / pt.rho);
 }
 
+/// Spall as a crack band (Hillerborg, Modeer & Petersson, Cem. Concr. Res. 6 (1976) 773; Bazant & Oh, Mater. Struct. 16 (1983)
+/// 155): one plane of crack opens through a point of edge L, reference size, and the tension across it falls linearly,
+///   p >= -spall (1 - D),   dD = L tr(d) / opening,   opening = 2 f fracture_energy / spall,
+/// so that parting takes f fracture_energy a unit of area whatever L is, and pieces as large as Grady's (J. Mech. Phys. Solids 36
+/// (1988) 353) are left whole where the mesh is finer than they are. f is what is solid of the matter, by its energy; a liquid
+/// takes its surface energy alone, a ten-thousandth of the solid's, and loses all at once.
+template <class T>
+void tear(const Material& m, T trace, Point<T>& pt) {
+  using core::select;
+  const auto torn = pt.p < T(-m.spall) * (T(1.0) - pt.damage);
+  if (!core::any(torn)) return;
+  T more(1.0);
+  if (m.fracture_energy > 0) {
+    T solid(1.0);
+    if (m.e_melted < 1e300)
+      solid = core::min(core::max((T(m.e_melted) - pt.e) / T(std::max(m.e_melted - m.e_melt, 1e-9 * m.e_melted)), T(1e-4)), T(1.0));
+    more = core::max(trace, T(0.0)) * core::cbrt(pt.m / T(m.rho_0)) * T(0.5 * m.spall / m.fracture_energy) / solid;
+  }
+  pt.damage = select(torn, core::min(pt.damage + more, T(1.0)), pt.damage);
+  pt.p = select(torn, core::max(pt.p, T(-m.spall) * (T(1.0) - pt.damage)), pt.p);
+}
+
 /// Brings a point from step n to n+1. rho_new is the new density [kg/m3]; q the bulk viscous pressure at n [Pa], which adds
 /// to p in the energy estimate only; dt [s] > 0.
 template <class T>
@@ -112,11 +114,11 @@ void update(const Material& m, double dt, T rho_new, const Increment<T>& inc, T 
   pt.p = state.p;
   pt.c = core::sqrt(state.c2);
   pt.temperature = state.temperature;
+  tear(m, trace, pt);
 
   std::visit(
       [&](const auto& law) {
         if constexpr (std::is_same_v<std::decay_t<decltype(law)>, NoStrength>) {
-          tear(m, trace, T(0.0) > T(0.0), pt);
           for (T& a : pt.s) a = T(0.0);
         } else {
           update_strength(m, law, dt, FlowState<T>{rho_new / T(m.rho_0), pt.p, pt.temperature, T(0.0)}, inc, pt);

@@ -101,6 +101,7 @@ void sweep(material::Material m) {
   m.damage = damage_4340();
   m.spall = 1.5e9;
   m.fracture_energy = 2e4;
+  m.e_melt = 0.5e6, m.e_melted = 1e6;
   const auto all = samples(m, 4096);
   compare<core::Pack<2>>(m, all);
   compare<core::Pack<4>>(m, all);
