@@ -13,6 +13,7 @@
 // equivalent deviatoric strain sqrt(2/3 d':d') over dt (elastic part included, which is negligible once matter flows).
 #pragma once
 
+#include <algorithm>
 #include <type_traits>
 
 #include "material/johnson_cook.hpp"
@@ -92,9 +93,8 @@ void tear(const Material& m, T trace, Point<T>& pt) {
   if (!core::any(torn)) return;
   T more(1.0);
   if (m.fracture_energy > 0) {
-    T solid(1.0);
-    if (m.e_melted < 1e300)
-      solid = core::min(core::max((T(m.e_melted) - pt.e) / T(std::max(m.e_melted - m.e_melt, 1e-9 * m.e_melted)), T(1e-4)), T(1.0));
+    const T left = (T(m.e_melted) - pt.e) / T(std::max(m.e_melted - m.e_melt, 1e-9 * m.e_melted));  // to melt
+    const T solid = core::min(core::max(left, T(1e-4)), T(1.0));
     more = core::max(trace, T(0.0)) * core::cbrt(pt.m / T(m.rho_0)) * T(0.5 * m.spall / m.fracture_energy) / solid;
   }
   pt.damage = select(torn, core::min(pt.damage + more, T(1.0)), pt.damage);

@@ -91,14 +91,20 @@ struct Result {
   double p, rho, peak;
 };
 
+/// A flyer comes down at `speed` on a target with its face at z = 0; columns of elements dx thick in uniaxial strain, 0.05 dx apart.
+void add_plates(Rig& r, const material::Material& m, double speed, double dx, int n_target, int n_flyer) {
+  const double gap = 0.05 * dx;
+  r.add(fem::box(line(0, dx, 1), line(0, dx, 1), line(-n_target * dx, 0, n_target)), m, [](const Vec3&) { return Vec3(0, 0, 0); });
+  r.add(fem::box(line(0, dx, 1), line(0, dx, 1), line(gap, n_flyer * dx + gap, n_flyer)), m, [&](const Vec3&) { return Vec3(0, 0, -speed); });
+  r.fix(3, [](const Vec3&) { return true; });
+  r.begin();
+}
+
 /// Two plates of n elements meet at `speed`; plateau means, away from the interface and the front.
 Result flyer(const material::Material& m, const Flyer& f, int n) {
   const double dx = 1e-4, L = n * dx, gap = 0.05 * dx;
   Rig r;
-  r.add(fem::box(line(0, dx, 1), line(0, dx, 1), line(-L, 0, n)), m, [](const Vec3&) { return Vec3(0, 0, 0); });
-  r.add(fem::box(line(0, dx, 1), line(0, dx, 1), line(gap, L + gap, n)), m, [&](const Vec3&) { return Vec3(0, 0, -f.speed); });
-  r.fix(3, [](const Vec3&) { return true; });
-  r.begin();
+  add_plates(r, m, f.speed, dx, n, n);
   const double Us = f.p / (m.rho_0 * 0.5 * f.speed);
   r.run(0.7 * L / Us + gap / f.speed);
   const auto rows = along_z(*r.s);
@@ -195,12 +201,9 @@ struct Spall {
 
 /// A flyer of thickness H strikes a target of 2 H; tension appears H in front of the target's rear face.
 Spall spall(const material::Material& m, double speed, double H, int n) {
-  const double dx = H / n, gap = 0.05 * dx;
+  const double dx = H / n;
   Rig r;
-  r.add(fem::box(line(0, dx, 1), line(0, dx, 1), line(-2 * H, 0, 2 * n)), m, [](const Vec3&) { return Vec3(0, 0, 0); });
-  r.add(fem::box(line(0, dx, 1), line(0, dx, 1), line(gap, H + gap, n)), m, [&](const Vec3&) { return Vec3(0, 0, -speed); });
-  r.fix(3, [](const Vec3&) { return true; });
-  r.begin();
+  add_plates(r, m, speed, dx, 2 * n, n);
   const auto& mesh = r.s->mesh;
   std::size_t rear = 0;
   for (std::size_t nd = 0; nd < mesh.nodes.size(); ++nd)
