@@ -160,7 +160,7 @@ static void choose_settings(Simulation& s) {
   k.plastic_strain = c.plastic_strain, k.timestep_ratio = c.timestep_ratio, k.damage = c.damage;
   // Matter that has expanded this far is a spray and not a solid; as an element it would reach a kernel's sums too thin.
   k.expansion = c.mode == io::Mode::hybrid ? 0.8 : 0.0;
-  k.left_over = c.mode == io::Mode::hybrid ? 0.5 : 0.0;
+  k.left_over = c.mode == io::Mode::hybrid ? 0.7 : 0.0;
 
   s.contact_settings = {c.contact, c.friction};
   s.bond.hold = c.bond;

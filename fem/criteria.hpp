@@ -21,7 +21,7 @@ struct Criteria {
   double damage = 1.0;           ///< [-]
   double expansion = 0.0;        ///< always: density over the reference density below which matter is no longer solid [-]
   double left_over = 0;          ///< stable step over the first one below which an element goes that hangs on to little and is pressed no more [-]
-  double collapse = 0.04;        ///< always: stable step over the first one below which an element is about to invert [-]
+  double collapse = 0.06;        ///< always: stable step over the first one below which an element is about to invert [-]
 };
 
 /// Elements of awake blocks that the criteria flag, ascending. One that is being compressed to pressures where matter flows

@@ -97,7 +97,7 @@ struct Context {
 };
 
 /// Viscosity damps a flat element's thickness mode by C_l l / edge of critical: with l = cbrt(V) an element 60 times as wide as
-/// thick blows up by itself. With at most two edges it is stable up to 0.8 of the step below.
+/// thick blows up by itself, with at most two edges it does not.
 constexpr double flat = 2;
 
 /// One pack of elements starting at row el; returns the hourglass work [J].
@@ -159,8 +159,10 @@ static double update_pack(const Context& k, std::size_t el) {
   const Real stress[6] = {pt.s[0] - p_q, pt.s[1] - p_q, pt.s[2] - p_q, pt.s[3], pt.s[4], pt.s[5]};
   corner_forces(stress, g, mode, position, inverse_volume, f);
 
-  const Real damping = core::select(squeeze > Real(0.0), c_q + c_l, Real(0.0));
-  const Real dt_stable = edge / (damping + core::sqrt(damping * damping + pt.c * pt.c));
+  const Real reach = stable_length(g, vol, edge);
+  // The linear part counts in expansion too: a step that follows the phase of the one element that sets it makes it ring louder.
+  const Real damping = (c_q + c_l) * viscous_length / reach;
+  const Real dt_stable = reach / (damping + core::sqrt(damping * damping + pt.c * pt.c));
 
   const Real d2 = inc.d[0] * inc.d[0] + inc.d[1] * inc.d[1] + inc.d[2] * inc.d[2] +
                   Real(2.0) * (inc.d[3] * inc.d[3] + inc.d[4] * inc.d[4] + inc.d[5] * inc.d[5]);

@@ -6,7 +6,7 @@
 //   3 calls the material's point update,
 //   4 leaves the new corner forces of stress, viscosity and hourglass control, and the stable time step.
 // Sources: Flanagan & Belytschko 1981 (gradient, hourglass); von Neumann & Richtmyer 1950 and Landshoff 1955 (viscosity);
-// stable step with viscosity as in Hallquist, LS-DYNA Theory Manual (2006), eq. 22.3.
+// stable step: hex8.hpp, with viscosity as in Hallquist, LS-DYNA Theory Manual (2006), eq. 22.3.
 #pragma once
 
 #include <cstddef>

@@ -51,6 +51,18 @@ T volume(const Corners<T>& x, const Gradient<T>& g) {
   return v;
 }
 
+/// The length [m] that sound crosses in a stable step. An element by itself allows 2 V / sqrt(8 B_jI B_jI): the edge of one
+/// that is thin, 1 / sqrt 3 of it in a cube (Flanagan & Belytschko, J. Appl. Mech. 51 (1984) 35; with the trace of B B^T in
+/// place of its largest eigenvalue no Poisson's ratio makes it too long). Among others a cube allows its whole edge, of which
+/// two thirds are taken. edge: volume over the largest face area [m].
+template <class T>
+T stable_length(const Gradient<T>& g, T volume, T edge) {
+  constexpr double in_a_body = 2.0 / 3;
+  T trace(0.0);
+  for (const auto& b : g.b) trace += b[0] * b[0] + b[1] * b[1] + b[2] * b[2];
+  return core::max(T(2.0) * volume / core::sqrt(T(8.0) * trace), T(in_a_body) * edge);
+}
+
 /// Sum over corners of a_iI b_jI: l[i][j]; divided by the volume it is the mean gradient of a.
 template <class T>
 void contract(const Corners<T>& a, const Gradient<T>& g, T l[3][3]) {

@@ -51,7 +51,7 @@ struct Case {
   bool symmetry_auto = true;
   core::Symmetry symmetry;                   ///< resolved by app/setup where auto
   double sleep = -1;                         ///< nodal speed below which untouched elements sleep [m/s]; -1 default, -2 off, 0 exact
-  double cfl = 0.6;                          ///< fraction of the stable step, elements and particles
+  double cfl = 0.9;                          ///< fraction of the stable step, elements and particles
   std::string hourglass = "viscous";         ///< viscous | stiffness
   double hourglass_coefficient = -1;         ///< -1: the form's default [-]
   double viscosity_linear = -1, viscosity_quadratic = -1;  ///< bulk viscosity of elements, -1: default [-]

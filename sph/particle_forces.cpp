@@ -130,10 +130,10 @@ static Mat3 at_mid_step(const Mat3& l, double dt) {
 
 constexpr double unlimited = 1e300;  ///< step of a particle in free flight: nothing acts on it
 
-/// Stable step [s]: h / (c + 0.6 (alpha c + beta mu)) as Monaghan (1992, section 10) has it, times 0.5, c times the row's
-/// acoustic share.
+/// Stable step [s]: h / (c + 0.6 (alpha c + beta mu)) as Monaghan (1992, section 10) has it, a third of it, c times
+/// the row's acoustic share.
 static double stable_step(double h, double c, const ParticleSettings& s, double approach) {
-  return 0.5 * h / ((1 + 0.6 * s.viscosity_linear) * c + 0.6 * s.viscosity_quadratic * approach);
+  return h / 3 / ((1 + 0.6 * s.viscosity_linear) * c + 0.6 * s.viscosity_quadratic * approach);
 }
 
 void pair_work(const ParticleSettings& settings, double dt_kick, double dt_drift, const std::vector<Mat3>& correction,

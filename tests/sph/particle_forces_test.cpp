@@ -238,13 +238,13 @@ TEST(PairSums, ParticleThatPassesASymmetryPlaneChangesPlacesWithItsImage) {
 }
 
 TEST(StableStep, CountsWhatStandsRoundAndWhetherItBearsShear) {
-  // 0.5 h / (1.6 c) at rest (Monaghan 1992, section 10, with alpha = 1), c times the acoustic share
+  // h / 3 / (1.6 c) at rest (Monaghan 1992, section 10, with alpha = 1), c times the acoustic share
   Cloud c(6, 0);
   for (auto& v : c.p.v) v.setZero();
   const auto share = [](Cloud& cloud, std::size_t i) {
     cloud.sums();
     cloud.work(0, 0);
-    return 0.5 * cloud.p.h[i] / (1.6 * cloud.p.pt.c[i] * cloud.p.dt[i]);
+    return cloud.p.h[i] / 3 / (1.6 * cloud.p.pt.c[i] * cloud.p.dt[i]);
   };
   const auto inside = static_cast<std::size_t>(std::find(c.lattice.begin(), c.lattice.end(), std::array<int, 3>{3, 3, 3}) - c.lattice.begin());
   EXPECT_NEAR(share(c, inside), 0.65, 1e-6);
