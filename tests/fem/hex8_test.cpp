@@ -29,20 +29,6 @@ Corners<double> hex(Map&& map) {
   return c;
 }
 
-TEST(StableLength, OfCubeAndBrick) {
-  const auto of = [](double a, double b, double c) {
-    const auto x = hex([&](const Vec3& s) { return Vec3(0.5 * a * s[0], 0.5 * b * s[1], 0.5 * c * s[2]); });
-    Gradient<double> g;
-    fem::gradient(x, g);
-    const double v = fem::volume(x, g);
-    return fem::stable_length(g, v, v / std::sqrt(fem::largest_face_area_squared(x)));
-  };
-  // 8 B:B = 4 (A_x^2 + A_y^2 + A_z^2) of a brick with face areas A: 2 V / sqrt is V / |A|
-  EXPECT_NEAR(of(2, 2, 2), 4.0 / 3, 1e-14);                  // 8 / sqrt(48) = 1.155 is less than two thirds of an edge
-  EXPECT_NEAR(of(1, 1, 0.2), 0.2 / std::sqrt(1.08), 1e-14);  // areas 1, 0.2, 0.2
-  EXPECT_NEAR(of(0.1, 1, 1), 0.1 / std::sqrt(1.02), 1e-14);
-}
-
 Vec3 corner(const Corners<double>& c, int i) { return {c.c[i][0], c.c[i][1], c.c[i][2]}; }
 
 /// A hex with warped faces, every corner off its place by up to 0.3 half-edges, far from the origin.
@@ -58,6 +44,20 @@ double tetrahedron(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
 
 // Numbers are of order 1 to 10 and sums have 8 to 48 terms: a few hundred units in the last place.
 constexpr double round_off = 1e-13;
+
+TEST(StableLength, OfCubeAndBrick) {
+  const auto of = [](double a, double b, double c) {
+    const auto x = hex([&](const Vec3& s) { return Vec3(0.5 * a * s[0], 0.5 * b * s[1], 0.5 * c * s[2]); });
+    Gradient<double> g;
+    fem::gradient(x, g);
+    const double v = fem::volume(x, g);
+    return fem::stable_length(g, v, v / std::sqrt(fem::largest_face_area_squared(x)));
+  };
+  // 8 B:B = 4 (A_x^2 + A_y^2 + A_z^2) of a brick with face areas A: 2 V / sqrt is V / |A|
+  EXPECT_NEAR(of(2, 2, 2), 4.0 / 3, 1e-14);                  // 8 / sqrt(48) = 1.155 is less than two thirds of an edge
+  EXPECT_NEAR(of(1, 1, 0.2), 0.2 / std::sqrt(1.08), 1e-14);  // areas 1, 0.2, 0.2
+  EXPECT_NEAR(of(0.1, 1, 1), 0.1 / std::sqrt(1.02), 1e-14);
+}
 
 TEST(Hex8, GradientOperatorSumsToZero) {
   for (unsigned seed = 0; seed < 20; ++seed) {
