@@ -85,14 +85,14 @@ static void add_pair_forces(Simulation& s) {
   s.work.pair_updates += sph::n_pairs(s.hood);
 }
 
-/// Momentum that rigid walls give to particles through their images.
+/// Momentum that rigid walls give to particles, and to elements bonded to them, through their images.
 static void book_wall_force(Simulation& s, double dt) {
   if (s.particles.size() == 0 || s.hood.wall_force.empty()) return;
   const auto& f = s.hood.wall_force;
   const core::Vec3 none = core::Vec3::Zero();
   s.contact.wall_impulse += dt * core::sum(f.size(), none, [&](std::size_t i) { return f[i]; });
   s.contact.wall_angular_impulse +=
-      dt * core::sum(f.size(), none, [&](std::size_t i) { return core::Vec3(s.particles.x[i].cross(f[i])); });
+      dt * core::sum(f.size(), none, [&](std::size_t i) { return core::Vec3(s.hood.actors.place[i].x.cross(f[i])); });
 }
 
 /// 4: the pairs' work, and the velocity gradient of the particles.

@@ -133,7 +133,7 @@ struct Neighbourhood {
   bool valid = false;
   std::uint64_t builds = 0;
 
-  std::vector<core::Vec3> wall_force;     ///< [n_particles] part of each particle's force that rigid walls give; empty without [N]
+  std::vector<core::Vec3> wall_force;     ///< [particles, then foreigners] part of the force on each that rigid walls give; empty without [N]
   // Force of its own kind on a foreigner acts on its anchors, the nearer to the middle of the pair the more: rows of points
   // per foreigner. The last of each row is its own place: that takes what strangers push, and all where it is the only one.
   double anchor_spacing = 1;                 ///< of neighbouring anchors, in spacings of particles

@@ -174,11 +174,12 @@ inline T separation(T r2, T reach) { return (sqrt(r2) + sqrt(r2)) / reach; }
 constexpr float crowded = static_cast<float>(1 / h_over_spacing);
 
 /// Gray's factor of the artificial stress in a crowded pair: nothing at the regular spacing, where it would only weaken the
-/// matter; held where pairs nearly meet, below 0.8 of it.
+/// matter; held where pairs nearly meet, so that it takes most of a pull but makes no push of it: a point in tension would be
+/// driven apart, the harder the more it expands.
 template <class T>
 T artificial_weight(T q) {
   const T w = kernel_over_spacing(q), w2 = w * w;
-  return min(max(w2 * w2 - T(1.0f), T(0.0f)), T(4.0f));
+  return min(max(w2 * w2 - T(1.0f), T(0.0f)), T(static_cast<float>(0.9 / ParticleSettings{}.artificial_stress)));
 }
 
 inline Four load_four(const double* a) { return load_register<Four>(a); }
@@ -321,6 +322,20 @@ template <int half>
     f.own[e] = scale * (stressed - p * (contact * d[e]));
     f.other[e] = scale * other[e];
     f.viscous[e] = Doubles(0.0) - scale * (push * d[e]);
+  }
+}
+
+/// Adds the part of images behind rigid walls, over half of a foreigner's group.
+template <int half>
+inline void add_wall_force(const ForeignGroup& at, const PairForce& f, core::Vec3& wall) {
+  const Yes behind = at.kinds < Ints(0);
+  if (!any(behind)) return;
+  const unsigned bits = behind.bits() >> (8 * half);
+  for (int e = 0; e < 3; ++e) {
+    alignas(64) double lanes[8];
+    ((f.own[e] + f.other[e]) + f.viscous[e]).store(lanes);
+    for (int l = 0; l < 8; ++l)
+      if (bits >> l & 1) wall[e] += lanes[l];
   }
 }
 
@@ -625,6 +640,7 @@ void foreign_forces(const PairView& v, const ParticleSettings& s, const AnchorVi
     const std::size_t k = i - anchors.n_particles, n_anchors = anchors.start[k + 1] - anchors.start[k];
     core::Vec3* force = anchors.force + anchors.start[k];
     for (std::size_t n = 0; n < n_anchors; ++n) force[n] = core::Vec3(0, 0, 0);
+    if (anchors.wall) anchors.wall[k] = core::Vec3(0, 0, 0);
     if (v.n_near[i] == 0) continue;
     for (std::size_t n = 0; n < anchor_scratch * n_anchors; ++n) anchors.scratch[n] = 0;  // of each anchor: weights, force x, y, z
     const Own own(v, i);
@@ -636,6 +652,7 @@ void foreign_forces(const PairView& v, const ParticleSettings& s, const AnchorVi
         if (8 * half >= near.left) return;  // foreigners have few near ones: mostly one half is filling
         PairForce f;
         pair_force<half>(v, i, near, at, f);
+        if (anchors.wall) add_wall_force<half>(at, f, anchors.wall[k]);
         weigh_anchors<half>(v, anchors, i, at, anchors.scratch);
         for (std::size_t n = 0; n < n_anchors; ++n) {
           double* const lanes = anchors.scratch + anchor_scratch * n;

@@ -57,6 +57,7 @@ struct AnchorView {
   const core::Vec3* x;
   const core::Vec3* v_mean;
   core::Vec3* force;
+  core::Vec3* wall;  ///< [row - n_particles] part of images behind rigid walls; none if there are no walls [N]
   double* scratch;  ///< anchor_scratch doubles for each anchor of the longest row
 };
 constexpr std::size_t anchor_scratch = 32;

@@ -73,7 +73,7 @@ static void for_each_foreign_block(Neighbourhood& hood, F&& f) {
     std::vector<double> scratch(anchor_scratch * longest);
     const AnchorView anchors{hood.n_particles,     hood.anchor_spacing,       hood.anchor_start.data(),
                              hood.anchor_x.data(), hood.anchor_v_mean.data(), hood.anchor_force.data(),
-                             scratch.data()};
+                             hood.wall_force.empty() ? nullptr : hood.wall_force.data() + hood.n_particles, scratch.data()};
     f(hood.n_particles + first, hood.n_particles + last, anchors);
   });
 }
@@ -102,7 +102,7 @@ static Vec3 vec(const double* a) { return {a[0], a[1], a[2]}; }
 
 void add_pair_forces(const ParticleSettings& settings, Neighbourhood& hood, Particles& p) {
   const bool walls = std::any_of(hood.mirrors.begin(), hood.mirrors.end(), [](const Mirror& m) { return m.wall; });
-  hood.wall_force.resize(walls ? hood.n_particles : 0);
+  hood.wall_force.resize(walls ? hood.n_particles + hood.n_foreign : 0);
   hood.approach.resize(hood.n_particles);
   hood.anchor_force.resize(hood.anchor_x.size());
   const PairView pairs = view(hood);

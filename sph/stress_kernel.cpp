@@ -116,7 +116,7 @@ void correct_rows(const core::Points& pt, double epsilon, std::size_t first, std
                   core::Mat3* correction, float* acoustic, Actors& actors) {
   for (std::size_t i = first; i < last; i += W) {
     const std::size_t n = last - i, lanes = n < W ? n : W;
-    Real m[6], b[6], sigma[6], push[6], stress[9];
+    Real m[6], b[6], sigma[6], push[6], stress[9], artificial[9];
     for (int k = 0; k < 6; ++k)
       for (std::size_t l = 0; l < W; ++l) m[k].set(static_cast<int>(l), moment[i - first + (l < lanes ? l : lanes - 1)].sum[k]);
     const Real corrected = correction_of(m, b);
@@ -132,9 +132,12 @@ void correct_rows(const core::Points& pt, double epsilon, std::size_t first, std
     const bool may_pull = epsilon > 0 && core::any(bound > Real(0.0));
     if (may_pull) artificial_stress(sigma, epsilon, push);
     constexpr int at[3][3] = {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}};
-    for (int r = 0; r < 3; ++r)
-      for (int c = 0; c < 3; ++c)
-        stress[r + 3 * c] = sigma[at[r][0]] * b[at[c][0]] + sigma[at[r][1]] * b[at[c][1]] + sigma[at[r][2]] * b[at[c][2]];
+    const auto corrected_by_b = [&](const Real* a, Real* out) {  // a B^T
+      for (int r = 0; r < 3; ++r)
+        for (int c = 0; c < 3; ++c) out[r + 3 * c] = a[at[r][0]] * b[at[c][0]] + a[at[r][1]] * b[at[c][1]] + a[at[r][2]] * b[at[c][2]];
+    };
+    corrected_by_b(sigma, stress);
+    if (may_pull) corrected_by_b(push, artificial);
     for (std::size_t l = 0; l < lanes; ++l) {
       const int lane = static_cast<int>(l);
       double* to = correction[i + l].data();
@@ -148,7 +151,7 @@ void correct_rows(const core::Points& pt, double epsilon, std::size_t first, std
       kind = (kind & ~(firm_bit | tension_bit)) | (firm[lane] ? firm_bit : 0);
       if (!may_pull || !(bound[lane] > 0) || !(push[0][lane] + push[1][lane] + push[2][lane] < 0)) continue;
       for (int r = 0; r < 3; ++r)
-        for (int c = 0; c < 3; ++c) actors.artificial[i + l].column[c][r] = static_cast<float>(push[at[r][c]][lane]);
+        for (int c = 0; c < 3; ++c) actors.artificial[i + l].column[c][r] = static_cast<float>(artificial[r + 3 * c][lane]);
       kind |= tension_bit;
     }
   }

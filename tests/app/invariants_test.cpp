@@ -129,6 +129,38 @@ TEST_P(EveryMode, AResumedRunGivesTheSameBits) {
   std::filesystem::remove(file.substr(0, file.size() - 3));
 }
 
+// A bar whose foot turns to particles on a rigid wall: what the wall gives to particles, and through their images to the elements
+// beside them, is booked.
+TEST(RigidWall, GivesTheMomentumThatItBooks) {
+  const std::string bar = R"(title = "bar on a wall"
+[run]
+end = "2 us"
+elements_across = 8
+[[body]]
+name = "projectile"
+shape = "cylinder"
+diameter = "2 mm"
+length = "3 mm"
+center = ["0 mm", "0 mm", "1.5 mm"]
+velocity = ["0 km/s", "0 km/s", "-1.5 km/s"]
+material = "Al6061-T6"
+[[wall]]
+point = [0, 0, 0]
+normal = [0, 0, 1]
+)";
+  for (const char* mode : {"hybrid", "sph", "erosion"})
+    for (const char* more : {"convert.bond=true", "convert.bond=false"}) {
+      auto s = small_case::begin({std::string("run.mode=\"") + mode + "\"", more}, bar);
+      small_case::run(*s, many);
+      std::printf("%s, %s: %zu removed, momentum error %.1e of %.2g N s\n", mode, more, s->mesh.n_removed, s->ledger.momentum_error,
+                  s->ledger.wall_impulse.norm());
+      EXPECT_GT(s->mesh.n_removed, 50u);
+      EXPECT_GT(s->ledger.wall_impulse.norm(), 0);
+      EXPECT_LT(s->ledger.momentum_error, 1e-12);
+      EXPECT_LT(std::abs(s->ledger.energy_error), 1e-9);
+    }
+}
+
 TEST(Elements, ASpinningBallKeepsItsAngularMomentum) {
   auto s = small_case::begin({"run.mode=\"fem\"", "run.symmetry=\"none\"", "contact.enabled=false"});
   auto& n = s->mesh.nodes;
