@@ -22,7 +22,7 @@ struct ElementSettings {
   double viscosity_quadratic = 0.7;  ///< q = rho l |D| (C_q l |D| + C_l c) where D = tr(grad v) < 0 [-]
   double viscosity_linear = 0.15;    ///< with these two a plane shock overshoots by less than 1 % at any strength [-]
   bool hourglass_stiffness = false;  ///< stiffness form in place of the viscous one
-  double hourglass = 0.04;           ///< coefficient of the form chosen [-]
+  double hourglass = 0.02;           ///< coefficient of the form chosen [-]
 };
 
 struct StepTimes {
