@@ -109,7 +109,6 @@ material::Material bench_material() {
 void step_elements(Simulation& s) {
   s.dt = s.spec.cfl * fem::stable_step(s.mesh, 0).value;
   const fem::StepTimes times{0.5 * (s.dt_old + s.dt), s.dt};
-  std::fill(s.mesh.nodes.f.begin(), s.mesh.nodes.f.end(), Vec3::Zero());
   fem::kick_nodes(s.mesh, times.kick);
   fem::drift_nodes(s.mesh, s.dt);
   fem::update_awake_elements(s.mesh, s.materials, s.element_settings, times);

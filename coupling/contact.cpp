@@ -18,7 +18,8 @@ using core::Vec3;
 constexpr int steps_ahead = 4;  // bodies that cannot meet for so many steps are not searched
 constexpr int most_sweeps = 100;
 
-bool contact_possible(const fem::Mesh& mesh, const sph::Particles& particles, const std::vector<Wall>& walls) {
+/// Is there something that could strike something: more than one body, particles and elements, or walls?
+static bool contact_possible(const fem::Mesh& mesh, const sph::Particles& particles, const std::vector<Wall>& walls) {
   return !walls.empty() || (mesh.n_alive > 0 && (mesh.body_elements.size() > 1 || particles.size() > 0));
 }
 
@@ -449,6 +450,8 @@ static void book(const Matter& a, std::uint64_t start, Contact& c, const Exchang
 
 void resolve_contact(fem::Mesh& mesh, sph::Particles& particles, const std::vector<Wall>& walls,
                      const ContactSettings& settings, double time, double dt, Contact& c) {
+  c.step = 1e300;
+  if (!contact_possible(mesh, particles, walls)) return;
   c.changes.node.resize(mesh.nodes.size(), c.changes.count);
   c.changes.particle.resize(particles.size(), c.changes.count);
   const Matter matter{mesh, particles, dt, c.changes};

@@ -49,9 +49,6 @@ struct Contact {
   std::uint64_t leaks = 0;               ///< crossings of a face's sheet by a point: stays 0
 };
 
-/// True as soon as there is something that could strike something: more than one body, particles and elements, or walls.
-bool contact_possible(const fem::Mesh& mesh, const sph::Particles& particles, const std::vector<Wall>& walls);
-
 /// Corrects the velocities at n + 1/2 so that nothing crosses a face or a wall during the drift over dt. time: of the
 /// step's start [s].
 void resolve_contact(fem::Mesh& mesh, sph::Particles& particles, const std::vector<Wall>& walls,

@@ -11,9 +11,10 @@ void kick_nodes(Mesh& mesh, double dt) {
   Nodes& n = mesh.nodes;
   const double* force = mesh.elements.corner_force.data();
   constexpr std::size_t ahead = 8 * block_size;
+  const bool bonded = !n.f.empty();
   for_each_node_awake(mesh, [&](std::size_t nd) {
     if (!n.awake[nd] || n.m[nd] == 0) return;
-    Vec3 f = n.f[nd];
+    Vec3 f = bonded ? n.f[nd] : Vec3(0, 0, 0);
     for (auto k = mesh.corner_start[nd]; k < mesh.corner_start[nd + 1]; ++k) {
       const std::uint32_t c = mesh.corners[k];
       const double* at = force + corner_index(c / 8, static_cast<int>(c % 8), 0);

@@ -26,7 +26,6 @@ void add_body(Mesh& mesh, const HexMesh& body, int material, double rho_0) {
   n.x.insert(n.x.end(), body.x.begin(), body.x.end());
   n.v.resize(n1, Vec3::Zero());
   n.v_mean.resize(n1, Vec3::Zero());
-  n.f.resize(n1, Vec3::Zero());
   n.m.resize(n1, 0.0);
   n.fixed.resize(n1, 0);
   n.awake.resize(n1, 1);

@@ -22,7 +22,7 @@ struct Nodes {
   std::vector<core::Vec3> x;        ///< position [m]
   std::vector<core::Vec3> v;        ///< velocity [m/s]
   std::vector<core::Vec3> v_mean;   ///< mean of the velocities before and after the last kick [m/s]: does the forces' work
-  std::vector<core::Vec3> f;        ///< force of bonded particles [N]
+  std::vector<core::Vec3> f;        ///< force of bonded particles [N]; empty before the first
   std::vector<double> m;            ///< lumped mass of the elements alive [kg]; 0: no longer part of anything
   std::vector<std::uint8_t> fixed;  ///< bits 1, 2, 4: no motion along x, y, z (symmetry planes)
   std::vector<std::uint8_t> awake;  ///< 1 where an element at the node is awake
