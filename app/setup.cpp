@@ -128,6 +128,18 @@ static void warn_of_mismatch(const io::Case& spec, const std::vector<PlacedBody>
   }
 }
 
+/// Shocks beyond the range of an equation of state are extrapolated: there is no reference for them.
+static void warn_of_range(const io::Case& spec, const measure::Scene& scene, std::vector<std::string>& warnings) {
+  if (scene.plates.empty() || scene.peak_pressure_axis_hugoniot > 0) return;
+  const auto &shot = spec.bodies[static_cast<std::size_t>(scene.projectile)], &plate = spec.bodies[static_cast<std::size_t>(scene.plates[0])];
+  const double closing = std::abs(shot.velocity.dot(scene.bodies[static_cast<std::size_t>(scene.plates[0])].normal));
+  if (!(closing > 0)) return;
+  warnings.push_back(fmt::format(
+      "{} on {} at {:.4g} km/s compresses one of them beyond the range of its equation of state: pressures there are extrapolated and "
+      "peak_pressure_hugoniot is left out; a model of wider range (tillotson, or a table from \"ejecta eos table\") would cover it",
+      shot.material, plate.material, closing * 1e-3));
+}
+
 /// The column of elements built next to the line of flight: where the pressure on the axis is read.
 static void mark_axis(Simulation& s) {
   s.on_axis.assign(s.mesh.elements.size(), 0);
@@ -232,6 +244,7 @@ std::unique_ptr<Simulation> set_up(const io::Case& given) {
   fem::finish(s->mesh);
   hold_symmetry(spec.symmetry, s->mesh.nodes);
   s->scene = make_scene(spec, placed);
+  warn_of_range(spec, s->scene, s->warnings);
   for (std::size_t el = 0; el < s->mesh.elements.size(); ++el)
     s->scene.built.push_back(fem::centre(s->mesh, el, s->mesh.nodes.x));
   for (std::size_t b = 0; b < placed.size(); ++b) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "eos/hugoniot.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -59,12 +60,18 @@ HugoniotPoint hugoniot(const Eos& model, double rho_0, double up, double e_0) {
   return {up, up / x, ahead.p + rho_0 * up * up / x, rho, e, state(model, rho, e).temperature};
 }
 
+/// Largest particle velocity up to v whose shock the model's range covers [m/s].
+static double largest_covered(const Eos& model, double rho_0, double v) {
+  const auto covered = [&](double up) { return balance(model, rho_0, up, 0).in_range(); };
+  return covered(v) ? v : (1 - 1e-9) * bisect(0, v, [&](double up) { return covered(up) ? -1 : 1; });
+}
+
 double impact_pressure(const Eos& a, double rho_0_a, const Eos& b, double rho_0_b, double v) {
   if (!(v > 0)) return 0;
-  const double u = bisect(0, v, [&](double up_b) {
-    return hugoniot(b, rho_0_b, up_b).p - hugoniot(a, rho_0_a, v - up_b).p;
-  });
-  return hugoniot(b, rho_0_b, u).p;
+  const auto excess = [&](double up_b) { return hugoniot(b, rho_0_b, up_b).p - hugoniot(a, rho_0_a, v - up_b).p; };
+  const double slowest = v - largest_covered(a, rho_0_a, v), fastest = largest_covered(b, rho_0_b, v);
+  if (!(slowest < fastest) || excess(slowest) > 0 || excess(fastest) < 0) return 0;
+  return hugoniot(b, rho_0_b, bisect(slowest, fastest, excess)).p;
 }
 
 /// Angle by which an attached shock of pressure p turns a stream of speed q; less than nothing where none stands in it [rad].
@@ -77,8 +84,7 @@ static double turning(const HugoniotPoint& shock, double q) {
 ObliqueImpact onset_of_jetting(const Eos& a, double rho_0_a, const Eos& b, double rho_0_b, double v) {
   if (!(v > 0)) return {0, 0};
   constexpr int n = 200;
-  const auto covered = [&](double up) { return balance(a, rho_0_a, up, 0).in_range() && balance(b, rho_0_b, up, 0).in_range(); };
-  const double up_end = covered(v) ? v : (1 - 1e-9) * bisect(0, v, [&](double up) { return covered(up) ? -1 : 1; });
+  const double up_end = std::min(largest_covered(a, rho_0_a, v), largest_covered(b, rho_0_b, v));
   const double p_a_end = hugoniot(a, rho_0_a, up_end).p;
   std::vector<HugoniotPoint> in_a, in_b;  // shocks of equal pressure, up to that of a body that does not give way
   for (int k = 1; k <= n; ++k) {

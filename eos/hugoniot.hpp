@@ -22,7 +22,8 @@ struct HugoniotPoint {
 /// Throws core::CaseError where up is beyond the range of the model.
 HugoniotPoint hugoniot(const Eos& model, double rho_0, double up, double e_0 = 0);
 
-/// Pressure on the interface when A strikes B at the closing speed v [m/s], both at e = 0 (impedance match).
+/// Pressure on the interface when A strikes B at the closing speed v [m/s], both at e = 0 (impedance match). 0 where v is not
+/// positive or the range of a model ends before.
 double impact_pressure(const Eos& a, double rho_0_a, const Eos& b, double rho_0_b, double v);
 
 struct ObliqueImpact {

@@ -332,6 +332,16 @@ material = "Al2024-T351"
   EXPECT_NEAR(asleep->time, alone->time, 1e-3 * alone->time);
 }
 
+TEST(Guards, AShotBeyondTheEquationOfStateRunsAndSaysSo) {
+  auto s = small_case::begin({"body.projectile.velocity=[0,0,\"-60 km/s\"]"});
+  ASSERT_EQ(s->warnings.size(), 1u);
+  EXPECT_NE(s->warnings[0].find("beyond the range of its equation of state"), std::string::npos) << s->warnings[0];
+  EXPECT_EQ(s->scene.peak_pressure_axis_hugoniot, 0);
+  small_case::run(*s, 100);
+  EXPECT_LT(std::abs(s->ledger.energy_error), 1e-9);
+  EXPECT_TRUE(small_case::begin()->warnings.empty());
+}
+
 TEST(Guards, MoreThanTheMachineHasIsRefusedBeforeItIsBuilt) {
   try {
     small_case::set_up({"run.elements_across=1000"});

@@ -112,6 +112,14 @@ TEST(Hugoniot, ObliqueImpactNearTheEndOfTheRange) {
   EXPECT_EQ(eos::onset_of_jetting(aluminium_2024(), 2785, aluminium_2024(), 2785, 200000).p, 0) << "no jetting within the range";
 }
 
+TEST(Hugoniot, ImpactBeyondTheRangeHasNoPressure) {
+  EXPECT_EQ(eos::impact_pressure(aluminium_2024(), 2785, aluminium_2024(), 2785, 200000), 0);
+  // copper covers less than v, the answer lies below
+  const double p = eos::impact_pressure(aluminium_2024(), 2785, copper(), 8930, 25000);
+  EXPECT_THROW(eos::hugoniot(copper(), 8930, 25000), core::CaseError);
+  EXPECT_GT(p, eos::impact_pressure(aluminium_2024(), 2785, copper(), 8930, 24000));
+}
+
 TEST(Hugoniot, BeyondTheRangeIsRefused) {
   EXPECT_THROW(eos::hugoniot(aluminium_2024(), 2785, 1e6), core::CaseError);
 }
