@@ -27,10 +27,10 @@ static void copy_row(core::Points& from, std::size_t row, core::Points& to, std:
 
 /// Speeds up what an element's corners still belong to along their velocities relative to each other: momentum stays, and at
 /// most `lost` [J] of kinetic energy stays with it. Corner c with the mass m/8 that goes and M that is left gains the momentum
-///   a (m/8) w (v_c - v_w),  w = M/(M + m/8),  v_w the mean by w,  a <= 1/2
+///   a (m/8) w (v_c - v_w),  w = M/(M + m/8),  v_w the mean by w,  a <= 1
 /// in each direction that is free. Returns what stayed [J].
 static double leave_to_neighbours(fem::Mesh& mesh, std::size_t el, double lost) {
-  constexpr double most = 0.5;
+  constexpr double most = 1;  // of the deviation of an element's momentum from its particle's
   fem::Nodes& n = mesh.nodes;
   const auto& corner = mesh.elements.node[el];
   const double m = 0.125 * mesh.elements.pt.m[el];
@@ -61,7 +61,7 @@ static double leave_to_neighbours(fem::Mesh& mesh, std::size_t el, double lost) 
     for (int d = 0; d < 3; ++d)
       if (weight[c][d] > 0) n.v[nd][d] += a * m * weight[c][d] * apart[c][d] / n.m[nd];
   }
-  return a * (linear + 0.5 * a * quadratic);
+  return a < most ? lost : a * (linear + 0.5 * a * quadratic);
 }
 
 /// Mean strain rate of an element, xx yy zz and xy yz zx [1/s].
