@@ -50,7 +50,8 @@ core::Symmetry find_symmetry(const io::Case& spec) {
 
 // ------------------------------------------------------------------------------------------------ scene
 
-static measure::Scene make_scene(const io::Case& spec, const std::vector<PlacedBody>& placed) {
+/// Warns where there is no reference pressure: shocks beyond the range of an equation of state are extrapolated.
+static measure::Scene make_scene(const io::Case& spec, const std::vector<PlacedBody>& placed, std::vector<std::string>& warnings) {
   measure::Scene scene;
   scene.symmetry = spec.symmetry;
   scene.projectile = projectile_of(spec);
@@ -81,10 +82,15 @@ static measure::Scene make_scene(const io::Case& spec, const std::vector<PlacedB
     const auto& first = scene.bodies[static_cast<std::size_t>(scene.plates[0])];
     scene.aim = where_struck(spec, static_cast<std::size_t>(scene.plates[0]));
     scene.element_size = placed[static_cast<std::size_t>(scene.plates[0])].element_size;
-    const auto& a = spec.materials.at(shot.material);
-    const auto& b = spec.materials.at(spec.bodies[static_cast<std::size_t>(scene.plates[0])].material);
+    const std::string& struck = spec.bodies[static_cast<std::size_t>(scene.plates[0])].material;
+    const auto &a = spec.materials.at(shot.material), &b = spec.materials.at(struck);
     const double closing = std::abs(shot.velocity.dot(first.normal));
-    if (closing > 0) scene.peak_pressure_axis_hugoniot = eos::impact_pressure(a.eos, a.rho_0, b.eos, b.rho_0, closing);
+    scene.peak_pressure_axis_hugoniot = eos::impact_pressure(a.eos, a.rho_0, b.eos, b.rho_0, closing);
+    if (closing > 0 && !(scene.peak_pressure_axis_hugoniot > 0))
+      warnings.push_back(fmt::format(
+          "{} on {} at {:.4g} km/s compresses one of them beyond the range of its equation of state: pressures there are extrapolated and "
+          "peak_pressure_hugoniot is left out; a model of wider range (tillotson, or a table from \"ejecta eos table\") would cover it",
+          shot.material, struck, closing * 1e-3));
     if (shot.shape == io::Shape::sphere && closing > 0.999 * shot.velocity.norm())
       scene.peak_pressure_jetting = eos::onset_of_jetting(a.eos, a.rho_0, b.eos, b.rho_0, closing).p;
   }
@@ -126,18 +132,6 @@ static void warn_of_mismatch(const io::Case& spec, const std::vector<PlacedBody>
           "half the size and by 80 % at a quarter (4 mm sphere, 8 km/s); take like sizes for both",
           plate.spec->name, plate.element_size * 1e3, shot.spec->name, shot.element_size * 1e3));
   }
-}
-
-/// Shocks beyond the range of an equation of state are extrapolated: there is no reference for them.
-static void warn_of_range(const io::Case& spec, const measure::Scene& scene, std::vector<std::string>& warnings) {
-  if (scene.plates.empty() || scene.peak_pressure_axis_hugoniot > 0) return;
-  const auto &shot = spec.bodies[static_cast<std::size_t>(scene.projectile)], &plate = spec.bodies[static_cast<std::size_t>(scene.plates[0])];
-  const double closing = std::abs(shot.velocity.dot(scene.bodies[static_cast<std::size_t>(scene.plates[0])].normal));
-  if (!(closing > 0)) return;
-  warnings.push_back(fmt::format(
-      "{} on {} at {:.4g} km/s compresses one of them beyond the range of its equation of state: pressures there are extrapolated and "
-      "peak_pressure_hugoniot is left out; a model of wider range (tillotson, or a table from \"ejecta eos table\") would cover it",
-      shot.material, plate.material, closing * 1e-3));
 }
 
 /// The column of elements built next to the line of flight: where the pressure on the axis is read.
@@ -243,8 +237,7 @@ std::unique_ptr<Simulation> set_up(const io::Case& given) {
   }
   fem::finish(s->mesh);
   hold_symmetry(spec.symmetry, s->mesh.nodes);
-  s->scene = make_scene(spec, placed);
-  warn_of_range(spec, s->scene, s->warnings);
+  s->scene = make_scene(spec, placed, s->warnings);
   for (std::size_t el = 0; el < s->mesh.elements.size(); ++el)
     s->scene.built.push_back(fem::centre(s->mesh, el, s->mesh.nodes.x));
   for (std::size_t b = 0; b < placed.size(); ++b) {

@@ -394,7 +394,6 @@ static void resolve_walls(const Matter& a, const std::vector<Wall>& walls, std::
 }
 
 static void resolve_bodies(const Matter& a, const ContactSettings& settings, double time, Contact& c, Exchanges& x) {
-  c.step = 1e300;
   if (!settings.enabled || a.mesh.n_alive == 0) return;
   if (time + steps_covered * a.dt < c.quiet_until && c.quiet_removed == a.mesh.n_removed) return;
   if (!keep_lists(a.mesh, a.particles, time, a.dt, c.lists)) {

@@ -284,6 +284,8 @@ struct PairForce {
   Doubles own[3];       ///< part of the force on i that i's own stress makes: its work is i's
   Doubles other[3];     ///< part that j's stress makes
   Doubles viscous[3];   ///< shared half and half
+
+  Doubles all(int e) const { return (own[e] + other[e]) + viscous[e]; }  ///< the whole force
 };
 
 /// What j's stress makes of the force on foreigner i, over unit^3.
@@ -333,7 +335,7 @@ inline void add_wall_force(const ForeignGroup& at, const PairForce& f, core::Vec
   const unsigned bits = behind.bits() >> (8 * half);
   for (int e = 0; e < 3; ++e) {
     alignas(64) double lanes[8];
-    ((f.own[e] + f.other[e]) + f.viscous[e]).store(lanes);
+    f.all(e).store(lanes);
     for (int l = 0; l < 8; ++l)
       if (bits >> l & 1) wall[e] += lanes[l];
   }
@@ -659,7 +661,7 @@ void foreign_forces(const PairView& v, const ParticleSettings& s, const AnchorVi
           const Doubles weight = Doubles::load(lanes);
           for (int e = 0; e < 3; ++e) {
             double* const sum = lanes + 8 * (e + 1);
-            (Doubles::load(sum) + weight * ((f.own[e] + f.other[e]) + f.viscous[e])).store(sum);
+            (Doubles::load(sum) + weight * f.all(e)).store(sum);
           }
         }
       });
@@ -694,8 +696,8 @@ void foreign_work(const PairView& v, const AnchorView& anchors, std::size_t firs
           for (std::size_t n = 0; n < n_anchors; ++n)
             at_anchors += Doubles::load(anchors.scratch + anchor_scratch * n) * Doubles(anchors.v_mean[anchors.start[k] + n][e]);
           const Doubles mean = Doubles(0.5) * twice_mean[e];
-          const Doubles all = (f.own[e] + f.other[e]) + f.viscous[e], booked = f.other[e] + Doubles(0.5) * f.viscous[e];
-          sum += all * (at_anchors - mean) - booked * (Doubles(0.5 * v.motion[i].sum[e]) - mean);
+          const Doubles booked = f.other[e] + Doubles(0.5) * f.viscous[e];
+          sum += f.all(e) * (at_anchors - mean) - booked * (Doubles(0.5 * v.motion[i].sum[e]) - mean);
         }
       });
     }

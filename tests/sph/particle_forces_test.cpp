@@ -280,12 +280,7 @@ TEST(ArtificialStress, MakesNoPushOfAPull) {
       c.p.pt.p[i] = -1e9;
       for (auto& s : c.p.pt.s) s[i] = 0;
     }
-    c.hood.n_particles = c.p.size();
-    c.hood.actors.resize(c.p.size());
-    sph::fill_actors(c.p, {rho_0}, c.hood);
-    sph::build(c.hood, {}, 0);
-    sph::correct_gradients(c.p, c.settings, c.hood, c.correction);
-    sph::add_pair_forces(c.settings, c.hood, c.p);
+    c.sums();
     double half = 0;  // force on the half of small x along x: to the other half
     for (std::size_t i = 0; i < c.p.size(); ++i)
       if (c.lattice[i][0] < 3) half += c.p.f[i][0];
