@@ -229,7 +229,7 @@ void fill_foreign(const fem::Mesh& mesh, const Bond& bond, sph::Neighbourhood& h
     stress << s[0][el] - p, s[3][el], s[5][el], s[3][el], s[1][el] - p, s[4][el], s[5][el], s[4][el], s[2][el] - p;
     a.stress[i] = sph::stress_of(lattice_correction * stress);
     constexpr int stranger = 1 << 20;  // a body that no particle belongs to
-    a.kind[i] = sph::kind_of_body(bond.hold ? e.body[el] : stranger + e.body[el]);
+    a.kind[i] = sph::kind_of_body(bond.hold ? e.body[el] : stranger + e.body[el]) | sph::foreign_bit;
   });
 }
 

@@ -2,7 +2,8 @@
 // The bond: alive elements within a kernel's reach of a particle stand in the SPH sums as foreign actors, with their own
 // stress: as the particles that they would become, one or n^3 parts an element. The elements' own faces towards the particles are left unbalanced by what was converted,
 // so that is where the reaction to its own body's particles goes: to the nodes of the seam next to each foreign element. What
-// strangers push goes to its corners as the shape functions share it. What the pairs' work leaves over goes to its energy. Elements of the particle's own body hold it (bond = true) or only push (bond = false); elements of
+// strangers push goes to its corners as the shape functions share it. What the pairs' work leaves over goes to its energy.
+// Elements of the particle's own body hold it as long as it has not failed (bond = true) or only push (bond = false); elements of
 // other bodies only push.
 #pragma once
 

@@ -58,12 +58,22 @@ struct alignas(64) Motion {
   double end[4] = {};  ///< after, n + 1/2: what strains [m/s]
 };
 
-/// What kind of neighbour an actor is, in one number: its body, and two bits.
+/// What kind of neighbour an actor is, in one number: its body, and four bits.
 using Kind = std::int32_t;
 constexpr Kind firm_bit = 1;     ///< bears shear and its gradients are exact: motion beside `rate` is damped
 constexpr Kind tension_bit = 2;  ///< artificial stress acts
-constexpr Kind body_bits = ~(firm_bit | tension_bit);
-constexpr Kind kind_of_body(std::int32_t body) { return body * 4; }
+constexpr Kind failed_bit = 4;   ///< powder: bears neither tension nor shear
+constexpr Kind foreign_bit = 8;  ///< stands for what others own
+constexpr Kind body_bits = ~(firm_bit | tension_bit | failed_bit | foreign_bit);
+constexpr Kind kind_of_body(std::int32_t body) { return body * 16; }
+/// The bit that one of its body must not have to be held: foreigners hold no powder. It would follow their tension, which they would pay
+/// for, and resist with none of its own.
+constexpr Kind refused_by(Kind kind) { return (kind & failed_bit) != 0 ? foreign_bit : (kind & foreign_bit) != 0 ? failed_bit : 0; }
+/// Do two hold each other, or only push as strangers do?
+constexpr bool kin(Kind a, Kind b) {
+  const Kind refused = refused_by(a);
+  return ((a ^ b) & body_bits) == 0 && (refused == 0 || (b & refused) == 0);
+}
 
 /// Numbers of sixteen pairs.
 template <class T>

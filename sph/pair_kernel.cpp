@@ -89,7 +89,12 @@ struct Own {
   Kind kind;
   Own(const PairView& v, std::size_t i) : place(v.place[i]), flow(v.flow[i]), strain(v.strain[i]), kind(v.kind[i]) {}
   /// Which neighbours are of its body.
-  Yes same(Ints kinds) const { return (kinds & Ints(body_bits)) == Ints(kind & body_bits); }
+  Yes of_body(Ints kinds) const { return (kinds & Ints(body_bits)) == Ints(kind & body_bits); }
+  /// Which of those it holds.
+  Yes same(Ints kinds) const {
+    const Kind refused = refused_by(kind);
+    return refused == 0 ? of_body(kinds) : of_body(kinds) & ((kinds & Ints(refused)) == Ints(0));
+  }
 };
 inline Yes has(Ints kinds, Kind bit) { return (kinds & Ints(bit)) == Ints(bit); }
 
@@ -264,17 +269,17 @@ struct Contact {
 };
 static_assert(kind_of_body(wall_body) + (firm_bit | tension_bit) < 0, "no kind but the walls' is negative");
 
-/// A foreigner's group: who of it is kin (1) and who a stranger (0), weights of both, and where.
+/// A foreigner's group: whose forces act on its anchors (1) and whose at its place (0), weights of kin and strangers, and where.
 struct ForeignGroup {
   Meeting pair;
-  Singles kin, weight, contact;
+  Singles anchored, weight, contact;
   Ints kinds;
   [[gnu::always_inline]] ForeignGroup(const PairView& v, const Own& own, const NearGroup& near) {
     pair.place(v, own, near.id);
     kinds = load_at<Ints>(v.kind, near.id);
     const Yes same = own.same(kinds);
     const Singles all = Singles::load(near.weight), none(0.0f);
-    kin = select(same, Singles(1.0f), none);
+    anchored = select(own.of_body(kinds), Singles(1.0f), none);
     weight = select(same, all, none), contact = select(same, none, all);
   }
 };
@@ -292,7 +297,7 @@ struct PairForce {
 [[gnu::always_inline]] inline Four force_of_other(const PairView& v, std::size_t i, const NearGroup& near, std::size_t l) {
   const std::uint32_t j = near.id[l];
   const Four d = load_four(v.place[i].x.data()) - load_four(v.place[j].x.data()), g = all(double(near.weight[l])) * d;
-  if (((v.kind[i] ^ v.kind[j]) & body_bits) != 0) return all(-double(v.p_contact[j])) * g;
+  if (!kin(v.kind[i], v.kind[j])) return all(-double(v.p_contact[j])) * g;
   StressSum sum;
   sum.add(v.stress[j], g[0], g[1], g[2]);
   if (v.kind[j] & tension_bit) {
@@ -361,9 +366,9 @@ inline void weigh_anchors(const PairView& v, const AnchorView& anchors, std::siz
     weight.store(scratch + anchor_scratch * n);
     sum += weight;
   }
-  const Doubles kin = widen<half>(at.kin), share = kin / sum;
+  const Doubles anchored = widen<half>(at.anchored), share = anchored / sum;
   for (std::size_t n = 0; n < centre; ++n) (Doubles::load(scratch + anchor_scratch * n) * share).store(scratch + anchor_scratch * n);
-  (Doubles(1.0) - kin).store(scratch + anchor_scratch * centre);
+  (Doubles(1.0) - anchored).store(scratch + anchor_scratch * centre);
 }
 
 /// Asks for the stresses of neighbours while their viscosity is worked out.
@@ -554,6 +559,7 @@ namespace {
 struct alignas(64) WorkWeights {
   double power[group];  ///< of the row's own stress
   double rate[group];   ///< of the velocity gradient
+  double pushed[group] = {};  ///< of the part of it that is not corrected
   double push[group];   ///< of viscosity, and of twice the row's own pressure on strangers
 
   explicit WorkWeights(const NearGroup& near) {
@@ -563,11 +569,12 @@ struct alignas(64) WorkWeights {
       widen<half>(Singles::load(near.push)).store(push + 8 * half);
     });
   }
-  /// Strangers feel pressure alone.
+  /// Strangers feel pressure alone, without the gradient correction; so the strain they make goes without it too, or a point would be
+  /// compressed further than it is paid for. Images behind walls complete the lattice: theirs is corrected.
   void set_strangers(const PairView& v, std::size_t i, const NearGroup& near) {
     for (std::size_t l = 0; l < group; ++l) {
       const std::uint32_t j = near.id[l];
-      if (((v.kind[i] ^ v.kind[j]) & body_bits) == 0) continue;
+      if (kin(v.kind[i], v.kind[j])) continue;
       double closing = 0;
       for (int e = 0; e < 3; ++e) closing += (v.motion[j].end[e] - v.motion[i].end[e]) * (v.place[i].x[e] - v.place[j].x[e]);
       const double p = double(v.p_contact[i]);
@@ -575,6 +582,9 @@ struct alignas(64) WorkWeights {
       power[l] = 0;
       // one that recedes leaves no tension behind: nothing would have paid for it
       if (!(p > 0) && !(closing > 0)) rate[l] = 0;
+      if (v.kind[j] < 0) continue;
+      pushed[l] = rate[l];
+      rate[l] = 0;
     }
   }
 };
@@ -584,6 +594,7 @@ struct alignas(64) WorkWeights {
 struct WorkSums {
   Doubles strain[3] = {0.0, 0.0, 0.0};
   Four pulled[3] = {Four{}, Four{}, Four{}};
+  Four pushed[3] = {Four{}, Four{}, Four{}};  ///< of the new velocities of strangers
   Four viscous{};
 };
 
@@ -600,6 +611,10 @@ template <bool mixed, bool pulls>
       if constexpr (mixed) w = two_halves(weights.power[l], weights.rate[l]);
       const Doubles weighted = w * d, along[3] = {spread<0>(dv), spread<1>(dv), spread<2>(dv)};
       for (int e = 0; e < 3; ++e) sums.strain[e] += along[e] * weighted;
+      if constexpr (mixed) {
+        const Four pushed = all(weights.pushed[l]) * first_four(d);
+        for (int e = 0; e < 3; ++e) sums.pushed[e] += last_four(along[e]) * pushed;
+      }
       sums.viscous += (all(weights.push[l]) * first_four(d)) * first_four(dv);
       if constexpr (pulls) {
         const Four pulled = all(double(near.pull[l])) * first_four(d);
@@ -630,6 +645,7 @@ void pair_work(const PairView& v, std::size_t first, std::size_t last, RowWork* 
         power += double(v.stress[i].column[c][r]) * a[c];
         if (pulls) power += double(v.artificial[i].column[c][r]) * sums.pulled[r][c];
         to.rate[r][c] = a[4 + c] * per_volume;
+        to.pushed[r][c] = sums.pushed[r][c] * per_volume;
       }
     }
     to.power = scale * (0.25 * ((sums.viscous[0] + sums.viscous[1]) + sums.viscous[2]) - 0.5 * power);

@@ -29,7 +29,7 @@ void fill_actors(const Particles& p, const std::vector<double>& rho_0, Neighbour
     const auto &d = p.stretch[i], &s = p.shear[i];
     a.strain[i] = {{single(d[0]), single(d[1]), single(d[2]), single(s[0]), single(s[1]), single(s[2])}, single(density), single(p.spread[i])};
     a.p_contact[i] = single(std::max(p.pt.p[i], 0.0));
-    a.kind[i] = kind_of_body(p.body[i]);
+    a.kind[i] = kind_of_body(p.body[i]) | (p.pt.damage[i] < 1 ? 0 : failed_bit);
   });
 }
 
@@ -148,8 +148,8 @@ void pair_work(const ParticleSettings& settings, double dt_kick, double dt_drift
     for (std::size_t i = first; i < last; ++i) {
       const RowWork& w = work[i - first];
       p.pt.e[i] -= w.power * dt_kick / p.pt.m[i];
-      const Mat3 rate = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(w.rate[0]);
-      velocity_gradient[i] = at_mid_step(rate * correction[i], dt_drift);
+      using Rows = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>;
+      velocity_gradient[i] = at_mid_step(Rows(w.rate[0]) * correction[i] + Rows(w.pushed[0]), dt_drift);
       const Mat3& l = velocity_gradient[i];
       p.stretch[i] = l.diagonal();
       p.shear[i] = 0.5 * Vec3(l(0, 1) + l(1, 0), l(1, 2) + l(2, 1), l(2, 0) + l(0, 2));
