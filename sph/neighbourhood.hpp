@@ -66,14 +66,11 @@ constexpr Kind failed_bit = 4;   ///< powder: bears neither tension nor shear
 constexpr Kind foreign_bit = 8;  ///< stands for what others own
 constexpr Kind body_bits = ~(firm_bit | tension_bit | failed_bit | foreign_bit);
 constexpr Kind kind_of_body(std::int32_t body) { return body * 16; }
-/// The bit that one of its body must not have to be held: foreigners hold no powder. It would follow their tension, which they would pay
-/// for, and resist with none of its own.
-constexpr Kind refused_by(Kind kind) { return (kind & failed_bit) != 0 ? foreign_bit : (kind & foreign_bit) != 0 ? failed_bit : 0; }
+/// Bits in which kin must be as `kind & body_bits`: of its body; and foreigners hold no powder. It would follow their tension, which they
+/// would pay for, and resist with none of its own.
+constexpr Kind kin_bits(Kind kind) { return body_bits | ((kind & failed_bit) != 0 ? foreign_bit : (kind & foreign_bit) != 0 ? failed_bit : 0); }
 /// Do two hold each other, or only push as strangers do?
-constexpr bool kin(Kind a, Kind b) {
-  const Kind refused = refused_by(a);
-  return ((a ^ b) & body_bits) == 0 && (refused == 0 || (b & refused) == 0);
-}
+constexpr bool kin(Kind a, Kind b) { return (b & kin_bits(a)) == (a & body_bits); }
 
 /// Numbers of sixteen pairs.
 template <class T>

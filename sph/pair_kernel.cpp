@@ -90,11 +90,8 @@ struct Own {
   Own(const PairView& v, std::size_t i) : place(v.place[i]), flow(v.flow[i]), strain(v.strain[i]), kind(v.kind[i]) {}
   /// Which neighbours are of its body.
   Yes of_body(Ints kinds) const { return (kinds & Ints(body_bits)) == Ints(kind & body_bits); }
-  /// Which of those it holds.
-  Yes same(Ints kinds) const {
-    const Kind refused = refused_by(kind);
-    return refused == 0 ? of_body(kinds) : of_body(kinds) & ((kinds & Ints(refused)) == Ints(0));
-  }
+  /// Which of those are kin.
+  Yes same(Ints kinds) const { return (kinds & Ints(kin_bits(kind))) == Ints(kind & body_bits); }
 };
 inline Yes has(Ints kinds, Kind bit) { return (kinds & Ints(bit)) == Ints(bit); }
 

@@ -71,8 +71,8 @@ struct RowForce {
 
 /// What a particle's forces do at mid-step.
 struct RowWork {
-  double power;        ///< of the row's own stress and half the viscosity [W]
-  double rate[3][3];   ///< sum of V (v_j - v_i) (x) grad W over kin and images behind walls, before correction [1/s]
+  double power;         ///< of the row's own stress and half the viscosity [W]
+  double rate[3][3];    ///< sum of V (v_j - v_i) (x) grad W over kin and images behind walls, before correction [1/s]
   double pushed[3][3];  ///< the same over strangers, not to be corrected [1/s]
 };
 

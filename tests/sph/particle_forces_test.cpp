@@ -47,7 +47,7 @@ struct Cloud {
   void sums() {
     hood.n_particles = p.size();
     hood.actors.resize(p.size());
-    sph::fill_actors(p, {rho_0}, hood);
+    sph::fill_actors(p, {rho_0, rho_0}, hood);  // of two bodies at most
     sph::build(hood, {}, 0);
     sph::correct_gradients(p, settings, hood, correction);
     sph::reflect_images(hood);
@@ -297,13 +297,8 @@ TEST(PairSums, BodiesPushAndNeverPull) {
     c.p.pt.p[i] = -1e6;
     for (auto& s : c.p.pt.s) s[i] = 0;
   }
-  c.hood.n_particles = c.p.size();
-  c.hood.actors.resize(c.p.size());
   const auto force_on_first = [&] {
-    sph::fill_actors(c.p, {rho_0, rho_0}, c.hood);
-    sph::build(c.hood, {}, 0);
-    sph::correct_gradients(c.p, c.settings, c.hood, c.correction);
-    sph::add_pair_forces(c.settings, c.hood, c.p);
+    c.sums();
     double f = 0;
     for (std::size_t i = 0; i < c.p.size(); ++i)
       if (c.p.body[i]) f += c.p.f[i][0];
@@ -326,12 +321,7 @@ TEST(PairSums, PressureWorksOnTheVolumeChangeThatItSees) {
     c.p.pt.e[i] = 0;
     for (auto& s : c.p.pt.s) s[i] = 0;
   }
-  c.hood.n_particles = c.p.size();
-  c.hood.actors.resize(c.p.size());
-  sph::fill_actors(c.p, {rho_0, rho_0}, c.hood);
-  sph::build(c.hood, {}, 0);
-  sph::correct_gradients(c.p, c.settings, c.hood, c.correction);
-  sph::add_pair_forces(c.settings, c.hood, c.p);
+  c.sums();
   constexpr double dt = 1e-9;
   c.work(dt, 0);
   const double unit_3 = std::pow(c.hood.unit, 3);
