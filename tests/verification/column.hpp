@@ -8,10 +8,13 @@
 namespace rig {
 
 struct Column {
-  Column(int n, double low, double high, int across_, const material::Material& m, const std::function<Vec3(const Vec3&)>& velocity)
-      : dx((high - low) / n), width(across_ * dx) {
+  Column(int n, double low, double high, int across, const material::Material& m, const std::function<Vec3(const Vec3&)>& velocity)
+      : Column(line(low, high, n), (high - low) / n, across, m, velocity) {}
+  /// z: faces between the layers; dx: spacing across.
+  Column(const std::vector<double>& z, double dx_, int across, const material::Material& m, const std::function<Vec3(const Vec3&)>& velocity)
+      : dx(dx_), width(across * dx) {
     rig.s->spec.mode = io::Mode::sph;
-    rig.add(fem::box(line(0, width, across_), line(0, width, across_), line(low, high, n)), m, velocity);
+    rig.add(fem::box(line(0, width, across), line(0, width, across), z), m, velocity);
     auto& mirrors = rig.s->hood.mirrors;
     mirrors.push_back({Vec3(0, 0, 0), Vec3(1, 0, 0), false});
     mirrors.push_back({Vec3(width, 0, 0), Vec3(-1, 0, 0), false});
