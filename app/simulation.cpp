@@ -170,7 +170,7 @@ void step(Simulation& s) {
   sph::drift_particles(s.particles, s.dt);
   clock.mark(Stage::drift);
   s.ledger.hourglass +=                                                                  // 6  stress, forces      n+1
-      fem::update_awake_elements(s.mesh, s.materials, s.element_settings, times).hourglass;
+      fem::update_awake_elements(s.mesh, s.materials, s.element_settings, times, s.bond.ring).hourglass;
   clock.mark(Stage::elements);
   sph::update_particles(s.particles, s.materials, s.mesh.body_material, s.velocity_gradient, s.dt);
   sph::keep_in_front(s.hood.mirrors, s.particles);

@@ -9,7 +9,7 @@ namespace fem {
 #define EJECTA_DECLARE(isa)                                                                                        \
   namespace isa {                                                                                                  \
   ElementSums update_elements(Mesh&, const material::Material&, const ElementSettings&, const StepTimes&,          \
-                              std::span<const std::uint32_t>);                                                     \
+                              std::span<const std::uint8_t>, std::span<const std::uint32_t>);                      \
   void element_volumes(const Mesh&, std::vector<double>&);                                                         \
   void flag_blocks(const Mesh&, const Criteria&, const std::vector<double>&, double, std::span<const std::uint32_t>, std::uint8_t*); \
   }
@@ -19,11 +19,11 @@ EJECTA_DECLARE(avx512)
 #undef EJECTA_DECLARE
 
 ElementSums update_elements(Mesh& mesh, const material::Material& material, const ElementSettings& settings,
-                            const StepTimes& times, std::span<const std::uint32_t> blocks) {
+                            const StepTimes& times, std::span<const std::uint8_t> ring, std::span<const std::uint32_t> blocks) {
   switch (core::isa()) {
-    case core::Isa::avx512: return avx512::update_elements(mesh, material, settings, times, blocks);
-    case core::Isa::avx2: return avx2::update_elements(mesh, material, settings, times, blocks);
-    default: return baseline::update_elements(mesh, material, settings, times, blocks);
+    case core::Isa::avx512: return avx512::update_elements(mesh, material, settings, times, ring, blocks);
+    case core::Isa::avx2: return avx2::update_elements(mesh, material, settings, times, ring, blocks);
+    default: return baseline::update_elements(mesh, material, settings, times, ring, blocks);
   }
 }
 

@@ -49,13 +49,13 @@ static void store_point(core::Points& pt, std::size_t el, const material::Point<
 }
 
 /// Forces of the hourglass modes [mode][direction]; returns their power [W].
-static Real hourglass_forces(const ElementSettings& set, const StepTimes& times, Real mass, Real rho_c, Real c, Real length,
+static Real hourglass_forces(const ElementSettings& set, Real coefficient, const StepTimes& times, Real mass, Real rho_c, Real c, Real length,
                              const Real rate[4][3], double* stored, Real force[4][3]) {
   // A mode of amplitude u at every corner has the rate 8 u and feels a force of 8 k u against a mass of m / 8: the
   // viscous form stays stable below m / (64 dt) and is held to half of that.
-  const Real viscous = core::min(Real(set.hourglass / 4) * rho_c * length * length,
+  const Real viscous = core::min(Real(0.25) * coefficient * rho_c * length * length,
                                  mass * Real(0.5 / (64 * times.drift)));
-  const Real stiffness = Real(set.hourglass / 4 * times.drift) * rho_c * c * length;
+  const Real stiffness = Real(0.25 * times.drift) * coefficient * rho_c * c * length;
   Real power(0.0);
   for (int a = 0; a < 4; ++a)
     for (int d = 0; d < 3; ++d) {
@@ -94,7 +94,21 @@ struct Context {
   const material::Material& material;
   const ElementSettings& settings;
   const StepTimes& times;
+  std::span<const std::uint8_t> ring;
 };
+
+/// Coefficient of the hourglass control. Particles push and pull single nodes of the elements beside them, which no mean strain
+/// sees. While matter flows that is little; where it only rings, for long, it would drive hourglass motion at the expense of the
+/// elements' heat, and is damped. strain: while sound crosses the element.
+static Real hourglass_coefficient(const Context& k, std::size_t el, Real strain) {
+  if (k.ring.empty()) return Real(k.settings.hourglass);
+  constexpr double rings = 0.002;  // strain within which metals are elastic
+  Real more(0.0);
+  for (int lane = 0; lane < W; ++lane)
+    if (k.ring[el + static_cast<std::size_t>(lane)] == 1) more.set(lane, k.settings.hourglass_at_seam);
+  const Real flows = strain * Real(1 / rings);
+  return Real(k.settings.hourglass) + more / (Real(1.0) + flows * flows);
+}
 
 /// Viscosity damps a flat element's thickness mode by C_l l / edge of critical: with l = cbrt(V) an element 60 times as wide as
 /// thick blows up by itself, with at most two edges it does not.
@@ -154,7 +168,10 @@ static double update_pack(const Context& k, std::size_t el) {
     for (auto& a : row) a *= inverse_volume;
   hourglass_rates(x, v, l_end, position, rate);
   double* stored = e.hourglass.empty() ? nullptr : &e.hourglass[el / block_size * 12 * block_size + el % block_size];
-  const Real power = hourglass_forces(k.settings, k.times, mass, rho * pt.c, pt.c, length, rate, stored, mode);
+  const Real d2 = inc.d[0] * inc.d[0] + inc.d[1] * inc.d[1] + inc.d[2] * inc.d[2] +
+                  Real(2.0) * (inc.d[3] * inc.d[3] + inc.d[4] * inc.d[4] + inc.d[5] * inc.d[5]);
+  const Real strain = core::sqrt(Real(2.0 / 3.0) * d2);
+  const Real power = hourglass_forces(k.settings, hourglass_coefficient(k, el, strain * length / (pt.c * dt)), k.times, mass, rho * pt.c, pt.c, length, rate, stored, mode);
   const Real p_q = pt.p + q;
   const Real stress[6] = {pt.s[0] - p_q, pt.s[1] - p_q, pt.s[2] - p_q, pt.s[3], pt.s[4], pt.s[5]};
   corner_forces(stress, g, mode, position, inverse_volume, f);
@@ -164,9 +181,7 @@ static double update_pack(const Context& k, std::size_t el) {
   const Real damping = (c_q + c_l) * viscous_length / reach;
   const Real dt_stable = reach / (damping + core::sqrt(damping * damping + pt.c * pt.c));
 
-  const Real d2 = inc.d[0] * inc.d[0] + inc.d[1] * inc.d[1] + inc.d[2] * inc.d[2] +
-                  Real(2.0) * (inc.d[3] * inc.d[3] + inc.d[4] * inc.d[4] + inc.d[5] * inc.d[5]);
-  core::store(&e.deformation[el], core::load<Real>(&e.deformation[el]) + core::sqrt(Real(2.0 / 3.0) * d2));
+  core::store(&e.deformation[el], core::load<Real>(&e.deformation[el]) + strain);
   for (int i = 0; i < 8; ++i)
     for (int d = 0; d < 3; ++d) core::store(force + (i * 3 + d) * block_size, core::select(alive, f[i][d], Real(0.0)));
   core::store(&e.dt[el], core::select(alive, dt_stable, Real(1e300)));
@@ -200,9 +215,9 @@ static double update_pack(const Context& k, std::size_t el) {
 }
 
 ElementSums update_elements(Mesh& mesh, const material::Material& material, const ElementSettings& settings,
-                            const StepTimes& times, std::span<const std::uint32_t> blocks) {
+                            const StepTimes& times, std::span<const std::uint8_t> ring, std::span<const std::uint32_t> blocks) {
   constexpr std::size_t ahead = 4;
-  const Context k{mesh, material, settings, times};
+  const Context k{mesh, material, settings, times, ring};
   ElementSums sums;
   for (std::size_t b = 0; b < blocks.size(); ++b) {
     if (b + ahead < blocks.size()) fetch_nodes(mesh.elements, mesh.nodes, blocks[b + ahead]);

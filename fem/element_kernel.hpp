@@ -23,6 +23,7 @@ struct ElementSettings {
   double viscosity_linear = 0.15;    ///< with these two a plane shock overshoots by less than 1 % at any strength [-]
   bool hourglass_stiffness = false;  ///< stiffness form in place of the viscous one
   double hourglass = 0.02;           ///< coefficient of the form chosen [-]
+  double hourglass_at_seam = 0.2;    ///< what an element gets besides on whose nodes particles act, while it only rings [-]
 };
 
 struct StepTimes {
@@ -35,9 +36,9 @@ struct ElementSums {
   double hourglass = 0;  ///< work taken from the nodes by hourglass forces [J]
 };
 
-/// Brings the elements of the blocks (all of one material) to n + 1.
+/// Brings the elements of the blocks (all of one material) to n + 1. ring: [element] 1 where particles act on its nodes; or empty.
 ElementSums update_elements(Mesh& mesh, const material::Material& material, const ElementSettings& settings,
-                            const StepTimes& times, std::span<const std::uint32_t> blocks);
+                            const StepTimes& times, std::span<const std::uint8_t> ring, std::span<const std::uint32_t> blocks);
 
 /// Volumes of all elements, into pt-independent `volume` [m3]; the routine that the kernel itself uses.
 void element_volumes(const Mesh& mesh, std::vector<double>& volume);

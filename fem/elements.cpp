@@ -43,7 +43,7 @@ void drift_nodes(Mesh& mesh, double dt) {
 }
 
 ElementSums update_awake_elements(Mesh& mesh, const std::vector<material::Material>& materials,
-                                  const ElementSettings& settings, const StepTimes& times) {
+                                  const ElementSettings& settings, const StepTimes& times, std::span<const std::uint8_t> ring) {
   ElementSums total;
   const auto& blocks = mesh.awake_blocks;
   constexpr std::size_t chunk = 16;
@@ -56,7 +56,7 @@ ElementSums update_awake_elements(Mesh& mesh, const std::vector<material::Materi
     part.assign((mine.size() + chunk - 1) / chunk, {});
     const auto& material = materials[static_cast<std::size_t>(mesh.body_material[body])];
     core::for_each_block(mine.size(), chunk, [&](std::size_t a, std::size_t b) {
-      part[a / chunk] = update_elements(mesh, material, settings, times, mine.subspan(a, b - a));
+      part[a / chunk] = update_elements(mesh, material, settings, times, ring, mine.subspan(a, b - a));
     });
     for (const auto& p : part) total.hourglass += p.hourglass;
   }

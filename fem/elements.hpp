@@ -18,9 +18,9 @@ void kick_nodes(Mesh& mesh, double dt);
 /// x(n) -> x(n+1) with v(n+1/2).
 void drift_nodes(Mesh& mesh, double dt);
 
-/// Elements of all awake blocks to n + 1. materials[mesh.body_material[body]].
+/// Elements of all awake blocks to n + 1. materials[mesh.body_material[body]]; ring: as in element_kernel.hpp.
 ElementSums update_awake_elements(Mesh& mesh, const std::vector<material::Material>& materials,
-                                  const ElementSettings& settings, const StepTimes& times);
+                                  const ElementSettings& settings, const StepTimes& times, std::span<const std::uint8_t> ring = {});
 
 /// Everything goes to sleep whose nodes are at rest; call at the start only.
 void sleep_resting(Mesh& mesh);
