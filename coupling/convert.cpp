@@ -69,11 +69,11 @@ static void strain_rate(const fem::Mesh& mesh, std::size_t el, Vec3& stretch, Ve
   fem::Corners<double> x, v;
   fem::gather(mesh.elements, el, mesh.nodes.x, [&](int i, int d, double a) { x.c[i][d] = a; });
   fem::gather(mesh.elements, el, mesh.nodes.v, [&](int i, int d, double a) { v.c[i][d] = a; });
-  fem::Gradient<double> b;
-  fem::gradient(x, b);
+  const auto m = fem::modes(x);
+  const auto g = fem::gradient(m);
   double l[3][3];
-  fem::contract(v, b, l);
-  const double inverse = 1 / fem::volume(x, b);
+  fem::contract(fem::modes(v), g, l);
+  const double inverse = 1 / fem::volume(m, g);
   stretch = inverse * Vec3(l[0][0], l[1][1], l[2][2]);
   shear = 0.5 * inverse * Vec3(l[0][1] + l[1][0], l[1][2] + l[2][1], l[2][0] + l[0][2]);
 }

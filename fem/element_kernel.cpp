@@ -75,17 +75,19 @@ static Real hourglass_forces(const ElementSettings& set, Real coefficient, const
 
 /// Corner forces of the stress [xx yy zz xy yz zx] and of the hourglass modes: f_iI = -s_ij B_jI - Q_ai gamma_aI. What gamma
 /// takes from B adds to the stress, so the shape vectors are never formed.
-static void corner_forces(const Real stress[6], const Gradient<Real>& g, const Real mode[4][3], const Real position[4][3],
+static void corner_forces(const Real stress[6], const Gradient<Real>& g, const Real hourglass[4][3], const Modes<Real>& x,
                           Real inverse_volume, Real f[8][3]) {
   constexpr int at[3][3] = {{core::xx, core::xy, core::zx}, {core::xy, core::yy, core::yz}, {core::zx, core::yz, core::zz}};
   for (int d = 0; d < 3; ++d) {
     Real t[3];
     for (int j = 0; j < 3; ++j)
-      t[j] = stress[at[d][j]] - inverse_volume * (mode[0][d] * position[0][j] + mode[1][d] * position[1][j] +
-                                                  mode[2][d] * position[2][j] + mode[3][d] * position[3][j]);
-    for (int i = 0; i < 8; ++i) f[i][d] = -(t[0] * g.b[i][0] + t[1] * g.b[i][1] + t[2] * g.b[i][2]);
-    const Real q[4] = {mode[0][d], mode[1][d], mode[2][d], mode[3][d]};
-    subtract_modes(q, d, f);
+      t[j] = inverse_volume * (hourglass[0][d] * x.m[3][j] + hourglass[1][d] * x.m[4][j] + hourglass[2][d] * x.m[5][j] +
+                               hourglass[3][d] * x.m[6][j]) - stress[at[d][j]];
+    Real q[n_modes];
+    for (int k = 0; k < n_straining; ++k) q[k] = t[0] * g.g[k][0] + t[1] * g.g[k][1] + t[2] * g.g[k][2];
+    for (int a = 0; a < 3; ++a) q[n_linear + a] -= hourglass[a][d];
+    q[6] = -hourglass[3][d];
+    spread(q, d, f);
   }
 }
 
@@ -125,24 +127,24 @@ static double update_pack(const Context& k, std::size_t el) {
   const Real mass = core::load<Real>(&e.pt.m[el]), volume_0 = core::load<Real>(&e.volume_0[el]);
   material::Point<Real> pt;
   load_point(e.pt, el, pt);
-  Corners<Real> x, v;
+  Corners<Real> corner_x, corner_v;
 
   // 1 the work of the forces of time n
-  const Real power_n = gather_motion(nodes_of(e, el), n, force, x, v);
+  const Real power_n = gather_motion(nodes_of(e, el), n, force, corner_x, corner_v);
   pt.e = core::select(alive, pt.e - power_n * Real(k.times.kick) / mass, pt.e);
 
   // 2 velocity gradient at mid-step, volume and density at its end
-  Corners<Real> mid;
-  for (int i = 0; i < 8; ++i)
-    for (int d = 0; d < 3; ++d) mid.c[i][d] = x.c[i][d] - Real(0.5 * k.times.drift) * v.c[i][d];
-  Gradient<Real> g;
-  gradient(mid, g);
+  const Modes<Real> x = modes(corner_x), v = modes(corner_v);
+  Modes<Real> mid;
+  for (int m = 0; m < n_straining; ++m)
+    for (int d = 0; d < 3; ++d) mid.m[m][d] = x.m[m][d] - Real(0.5 * k.times.drift) * v.m[m][d];
+  const Gradient<Real> g_mid = gradient(mid);
   Real l[3][3];
-  contract(v, g, l);
-  const Real to_rate = Real(1.0) / volume(mid, g), dt(k.times.drift), half(0.5 * k.times.drift);
+  contract(v, g_mid, l);
+  const Real to_rate = Real(1.0) / volume(mid, g_mid), dt(k.times.drift), half(0.5 * k.times.drift);
   for (auto& row : l)
     for (auto& a : row) a *= to_rate;
-  gradient(x, g);
+  const Gradient<Real> g = gradient(x);
   const Real vol = core::max(volume(x, g), Real(1e-3) * volume_0), inverse_volume = Real(1.0) / vol;
   const Real rho = Real(k.material.rho_0) * (volume_0 / vol);
 
@@ -162,11 +164,11 @@ static double update_pack(const Context& k, std::size_t el) {
   const Real q = rho * viscous_length * squeeze * (c_q + c_l);
 
   // 4 corner forces and the stable step
-  Real l_end[3][3], position[4][3], rate[4][3], mode[4][3], f[8][3];
+  Real l_end[3][3], rate[4][3], mode[4][3], f[8][3];
   contract(v, g, l_end);
   for (auto& row : l_end)
     for (auto& a : row) a *= inverse_volume;
-  hourglass_rates(x, v, l_end, position, rate);
+  hourglass_rates(x, v, l_end, rate);
   double* stored = e.hourglass.empty() ? nullptr : &e.hourglass[el / block_size * 12 * block_size + el % block_size];
   const Real d2 = inc.d[0] * inc.d[0] + inc.d[1] * inc.d[1] + inc.d[2] * inc.d[2] +
                   Real(2.0) * (inc.d[3] * inc.d[3] + inc.d[4] * inc.d[4] + inc.d[5] * inc.d[5]);
@@ -174,7 +176,7 @@ static double update_pack(const Context& k, std::size_t el) {
   const Real power = hourglass_forces(k.settings, hourglass_coefficient(k, el, strain * length / (pt.c * dt)), k.times, mass, rho * pt.c, pt.c, length, rate, stored, mode);
   const Real p_q = pt.p + q;
   const Real stress[6] = {pt.s[0] - p_q, pt.s[1] - p_q, pt.s[2] - p_q, pt.s[3], pt.s[4], pt.s[5]};
-  corner_forces(stress, g, mode, position, inverse_volume, f);
+  corner_forces(stress, g, mode, x, inverse_volume, f);
 
   const Real reach = stable_length(g, vol, edge);
   // The linear part counts in expansion too: a step that follows the phase of the one element that sets it makes it ring louder.
@@ -232,9 +234,8 @@ void element_volumes(const Mesh& mesh, std::vector<double>& result) {
   for (std::size_t el = 0; el < e.size(); el += W) {
     Corners<Real> x;
     for (int i = 0; i < 8; ++i) gather_corner(nodes_of(e, el), i, mesh.nodes.x[0].data(), x.c[i]);
-    Gradient<Real> g;
-    gradient(x, g);
-    core::store(&result[el], volume(x, g));
+    const Modes<Real> m = modes(x);
+    core::store(&result[el], volume(m, gradient(m)));
   }
 }
 

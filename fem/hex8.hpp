@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The one-point hexahedron: pure functions of eight corners, for one element (T = double) or lanes of elements.
-//   volume and mean gradient: Flanagan & Belytschko, Int. J. Numer. Meth. Engng 17 (1981) 679, eqs 15-17 and 79:
+// The one-point hexahedron: pure functions of eight corners, for one element (T = double) or lanes of elements. Corner values
+// are taken apart into the modes of the parent cube: of constants, xi eta zeta, and the hourglass modes eta zeta, zeta xi,
+// xi eta and xi eta zeta, each +-1 at the corners; in these volume and mean gradient have a third of their terms.
+//   volume and mean gradient: Flanagan & Belytschko, Int. J. Numer. Meth. Engng 17 (1981) 679, eqs 15-17:
 //     B_jI = integral of dN_I/dx_j over the element (exact), V = x_I B_xI, mean dv_i/dx_j = v_iI B_jI / V
 //   hourglass shape vectors: the same, eqs 34-36: gamma_aI = h_aI - B_jI (x_jJ h_aJ) / V
 // Corner order: fem/generate.hpp.
@@ -16,38 +18,95 @@ struct Corners {
   T c[8][3];
 };
 
-/// B_jI [corner][direction], units of area.
+constexpr int n_linear = 3;      ///< modes xi, eta, zeta
+constexpr int n_straining = 6;   ///< those and eta zeta, zeta xi, xi eta: volume and gradient know no other
+constexpr int n_modes = 7;       ///< those and xi eta zeta; the constant is left out
+
+/// Sums over corners of a_I times a mode's value there: m[mode][direction].
 template <class T>
-struct Gradient {
-  T b[8][3];
+struct Modes {
+  T m[n_modes][3];
 };
 
-/// Which corners take the places of 1..8 in the formula for corner I (Flanagan & Belytschko, table 1).
-constexpr int fb_order[8][8] = {{0, 1, 2, 3, 4, 5, 6, 7}, {1, 2, 3, 0, 5, 6, 7, 4}, {2, 3, 0, 1, 6, 7, 4, 5},
-                                {3, 0, 1, 2, 7, 4, 5, 6}, {4, 7, 6, 5, 0, 3, 2, 1}, {5, 4, 7, 6, 1, 0, 3, 2},
-                                {6, 5, 4, 7, 2, 1, 0, 3}, {7, 6, 5, 4, 3, 2, 1, 0}};
-
-/// Exact mean gradient operator [m2].
 template <class T>
-void gradient(const Corners<T>& x, Gradient<T>& g) {
-  for (int j = 0; j < 3; ++j) {
-    const int y = (j + 1) % 3, z = (j + 2) % 3;
-    for (int i = 0; i < 8; ++i) {
-      const int* o = fb_order[i];
-      const auto Y = [&](int k) { return x.c[o[k - 1]][y]; };
-      const auto Z = [&](int k) { return x.c[o[k - 1]][z]; };
-      const T z25 = Z(2) - Z(5), z24 = Z(2) - Z(4), z45 = Z(4) - Z(5);
-      g.b[i][j] = T(1.0 / 12.0) * (Y(2) * ((Z(6) - Z(3)) - z45) + Y(3) * z24 + Y(4) * ((Z(3) - Z(8)) + z25) +
-                                   Y(5) * ((Z(8) - Z(6)) - z24) - Y(6) * z25 + Y(8) * z45);
+Modes<T> modes(const Corners<T>& a) {
+  Modes<T> r;
+  for (int d = 0; d < 3; ++d) {
+    T c[2], x[2], y[2], xy[2];
+    for (int k = 0; k < 2; ++k) {  // the faces of corners 0-3 and 4-7
+      const auto at = [&](int i) { return a.c[4 * k + i][d]; };
+      const T sum = at(0) + at(2), other = at(1) + at(3), rise = at(2) - at(0), fall = at(1) - at(3);
+      c[k] = sum + other;
+      xy[k] = sum - other;
+      x[k] = rise + fall;
+      y[k] = rise - fall;
     }
+    r.m[0][d] = x[0] + x[1];
+    r.m[1][d] = y[0] + y[1];
+    r.m[2][d] = c[1] - c[0];
+    r.m[3][d] = y[1] - y[0];
+    r.m[4][d] = x[1] - x[0];
+    r.m[5][d] = xy[0] + xy[1];
+    r.m[6][d] = xy[1] - xy[0];
+  }
+  return r;
+}
+
+/// Corner values of q[mode] times each mode, in one direction: what modes() does, transposed.
+template <class T>
+void spread(const T q[n_modes], int direction, T f[8][3]) {
+  for (int k = 0; k < 2; ++k) {
+    const auto on = [&](T a, T b) { return k == 0 ? a - b : a + b; };
+    const T c = k == 0 ? -q[2] : q[2], x = on(q[0], q[4]), y = on(q[1], q[3]), xy = on(q[5], q[6]);
+    const T even = c + xy, odd = c - xy, rise = x + y, fall = x - y;
+    f[4 * k + 0][direction] = even - rise;
+    f[4 * k + 1][direction] = odd + fall;
+    f[4 * k + 2][direction] = even + rise;
+    f[4 * k + 3][direction] = odd - fall;
   }
 }
 
-/// Volume [m3] from corners and their gradient operator.
+/// B_jI as sums of modes: B_jI is the corner value of g[mode][j], units of area.
 template <class T>
-T volume(const Corners<T>& x, const Gradient<T>& g) {
-  T v = x.c[0][0] * g.b[0][0];
-  for (int i = 1; i < 8; ++i) v += x.c[i][0] * g.b[i][0];
+struct Gradient {
+  T g[n_straining][3];
+};
+
+template <class T>
+void cross(const T* a, const T* b, T* out) {
+  for (int d = 0; d < 3; ++d) {
+    const int y = (d + 1) % 3, z = (d + 2) % 3;
+    out[d] = a[y] * b[z] - a[z] * b[y];
+  }
+}
+
+/// Exact mean gradient operator. With x = a_1 xi + a_2 eta + a_3 zeta + p eta zeta + q zeta xi + r xi eta + ..., det J integrates to
+///   V = 8 ([a_1 a_2 a_3] - ([a_1 q r] + [a_2 r p] + [a_3 p q]) / 3),
+/// of which B is the derivative; xi eta zeta cancels. The modes hold 8 times those vectors.
+template <class T>
+Gradient<T> gradient(const Modes<T>& x) {
+  Gradient<T> r;
+  T h[3][3];  // p, q, r / 3
+  for (int k = 0; k < 3; ++k)
+    for (int d = 0; d < 3; ++d) h[k][d] = T(1.0 / 3.0) * x.m[3 + k][d];
+  for (int k = 0; k < 3; ++k) {
+    const int l = (k + 1) % 3, n = (k + 2) % 3;
+    T a[3], b[3];
+    cross(x.m[l], x.m[n], a);
+    cross(x.m[3 + l], h[n], b);
+    for (int d = 0; d < 3; ++d) r.g[k][d] = T(1.0 / 64) * (a[d] - b[d]);
+    cross(h[n], x.m[l], a);
+    cross(x.m[n], h[l], b);
+    for (int d = 0; d < 3; ++d) r.g[3 + k][d] = T(1.0 / 64) * (a[d] + b[d]);
+  }
+  return r;
+}
+
+/// Volume [m3] from the modes of the corners and their gradient operator.
+template <class T>
+T volume(const Modes<T>& x, const Gradient<T>& g) {
+  T v = x.m[0][0] * g.g[0][0];
+  for (int k = 1; k < n_straining; ++k) v += x.m[k][0] * g.g[k][0];
   return v;
 }
 
@@ -58,18 +117,18 @@ T volume(const Corners<T>& x, const Gradient<T>& g) {
 template <class T>
 T stable_length(const Gradient<T>& g, T volume, T edge) {
   constexpr double in_a_body = 2.0 / 3;
-  T trace(0.0);
-  for (const auto& b : g.b) trace += b[0] * b[0] + b[1] * b[1] + b[2] * b[2];
-  return core::max(T(2.0) * volume / core::sqrt(T(8.0) * trace), T(in_a_body) * edge);
+  T trace(0.0);  // an eighth of B_jI B_jI: modes are orthogonal
+  for (const auto& a : g.g) trace += a[0] * a[0] + a[1] * a[1] + a[2] * a[2];
+  return core::max(T(0.25) * volume / core::sqrt(trace), T(in_a_body) * edge);
 }
 
-/// Sum over corners of a_iI b_jI: l[i][j]; divided by the volume it is the mean gradient of a.
+/// Sum over corners of a_iI B_jI: l[i][j]; divided by the volume it is the mean gradient of a.
 template <class T>
-void contract(const Corners<T>& a, const Gradient<T>& g, T l[3][3]) {
+void contract(const Modes<T>& a, const Gradient<T>& g, T l[3][3]) {
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) {
-      T s = a.c[0][i] * g.b[0][j];
-      for (int k = 1; k < 8; ++k) s += a.c[k][i] * g.b[k][j];
+      T s = a.m[0][i] * g.g[0][j];
+      for (int k = 1; k < n_straining; ++k) s += a.m[k][i] * g.g[k][j];
       l[i][j] = s;
     }
 }
@@ -77,73 +136,33 @@ void contract(const Corners<T>& a, const Gradient<T>& g, T l[3][3]) {
 /// Corners of the six faces, outward by the right-hand rule.
 constexpr int face_corner[6][4] = {{0, 3, 2, 1}, {4, 5, 6, 7}, {0, 1, 5, 4}, {1, 2, 6, 5}, {2, 3, 7, 6}, {3, 0, 4, 7}};
 
-/// Square of the largest face area [m4], from the diagonals.
+/// Square of the largest face area [m4]: of the face xi = +-1 it is 4 (a_2 +- r) x (a_3 +- q).
 template <class T>
-T largest_face_area_squared(const Corners<T>& x) {
+T largest_face_area_squared(const Modes<T>& x) {
   T largest(0.0);
-  for (const auto& f : face_corner) {
-    T d[3], e[3];
-    for (int k = 0; k < 3; ++k) {
-      d[k] = x.c[f[2]][k] - x.c[f[0]][k];
-      e[k] = x.c[f[3]][k] - x.c[f[1]][k];
+  for (int k = 0; k < 3; ++k) {
+    const int l = (k + 1) % 3, n = (k + 2) % 3;
+    T a[3], b[3], area[3];
+    for (const bool upper : {false, true}) {
+      for (int d = 0; d < 3; ++d) {
+        a[d] = upper ? x.m[l][d] + x.m[3 + n][d] : x.m[l][d] - x.m[3 + n][d];
+        b[d] = upper ? x.m[n][d] + x.m[3 + l][d] : x.m[n][d] - x.m[3 + l][d];
+      }
+      cross(a, b, area);
+      largest = core::max(largest, area[0] * area[0] + area[1] * area[1] + area[2] * area[2]);
     }
-    const T nx = d[1] * e[2] - d[2] * e[1], ny = d[2] * e[0] - d[0] * e[2], nz = d[0] * e[1] - d[1] * e[0];
-    largest = core::max(largest, nx * nx + ny * ny + nz * nz);
   }
-  return T(0.25) * largest;
-}
-
-/// The four hourglass base vectors, orthogonal to constant and linear fields on a cube.
-constexpr double hourglass_base[4][8] = {{1, 1, -1, -1, -1, -1, 1, 1},
-                                         {1, -1, -1, 1, -1, 1, 1, -1},
-                                         {1, -1, 1, -1, 1, -1, 1, -1},
-                                         {-1, 1, -1, 1, 1, -1, 1, -1}};
-
-/// Sums over corners of a_I times each base vector, in one direction.
-template <class T>
-void hourglass_sums(const Corners<T>& a, int direction, T sum[4]) {
-  T along[2], across[2], twist[2];
-  for (int k = 0; k < 2; ++k) {  // the faces of corners 0-3 and 4-7
-    const auto at = [&](int i) { return a.c[4 * k + i][direction]; };
-    const T u = at(0) - at(2), w = at(1) - at(3);
-    along[k] = u + w;
-    across[k] = u - w;
-    twist[k] = (at(0) + at(2)) - (at(1) + at(3));
-  }
-  sum[0] = along[0] - along[1];
-  sum[1] = across[0] - across[1];
-  sum[2] = twist[0] + twist[1];
-  sum[3] = twist[1] - twist[0];
-}
-
-/// Sum over modes of q_a times each base vector, subtracted from f at every corner, in one direction.
-template <class T>
-void subtract_modes(const T q[4], int direction, T f[8][3]) {
-  const T a = q[0] + q[1], b = q[0] - q[1], c = q[2] - q[3], e = q[2] + q[3];
-  f[0][direction] -= a + c;
-  f[1][direction] -= b - c;
-  f[2][direction] -= c - a;
-  f[3][direction] += b + c;
-  f[4][direction] -= e - a;
-  f[5][direction] += b + e;
-  f[6][direction] -= a + e;
-  f[7][direction] -= b - e;
+  return T(1.0 / 256) * largest;
 }
 
 /// Rates of the hourglass modes, sum over corners of gamma_aI v_iI [mode][direction], without the shape vectors gamma
-/// themselves: h_a . v_i - (dv_i/dx_j) (h_a . x_j). `position` receives h_a . x_j.
-/// l: mean velocity gradient on this element.
+/// themselves: h_a . v_i - (dv_i/dx_j) (h_a . x_j). l: mean velocity gradient on this element.
 template <class T>
-void hourglass_rates(const Corners<T>& x, const Corners<T>& v, const T l[3][3], T position[4][3], T rate[4][3]) {
-  for (int d = 0; d < 3; ++d) {
-    T hx[4], hv[4];
-    hourglass_sums(x, d, hx);
-    hourglass_sums(v, d, hv);
-    for (int a = 0; a < 4; ++a) position[a][d] = hx[a], rate[a][d] = hv[a];
+void hourglass_rates(const Modes<T>& x, const Modes<T>& v, const T l[3][3], T rate[4][3]) {
+  for (int a = 0; a < 4; ++a) {
+    const T *position = x.m[n_linear + a], *speed = v.m[n_linear + a];
+    for (int d = 0; d < 3; ++d) rate[a][d] = speed[d] - (l[d][0] * position[0] + l[d][1] * position[1] + l[d][2] * position[2]);
   }
-  for (int a = 0; a < 4; ++a)
-    for (int d = 0; d < 3; ++d)
-      rate[a][d] -= l[d][0] * position[a][0] + l[d][1] * position[a][1] + l[d][2] * position[a][2];
 }
 
 /// The corners that the four edges along each parent direction join, in the order of the other two coordinates, lower

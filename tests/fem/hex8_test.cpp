@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <random>
 
@@ -45,13 +46,28 @@ double tetrahedron(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
 // Numbers are of order 1 to 10 and sums have 8 to 48 terms: a few hundred units in the last place.
 constexpr double round_off = 1e-13;
 
+/// B_jI [corner][direction].
+using AtCorners = std::array<std::array<double, 3>, 8>;
+AtCorners at_corners(const Gradient<double>& g) {
+  double b[8][3];
+  for (int d = 0; d < 3; ++d) {
+    double q[fem::n_modes] = {};
+    for (int k = 0; k < fem::n_straining; ++k) q[k] = g.g[k][d];
+    fem::spread(q, d, b);
+  }
+  AtCorners r;
+  for (std::size_t i = 0; i < 8; ++i)
+    for (std::size_t d = 0; d < 3; ++d) r[i][d] = b[i][d];
+  return r;
+}
+
 TEST(StableLength, OfCubeAndBrick) {
   const auto of = [](double a, double b, double c) {
     const auto x = hex([&](const Vec3& s) { return Vec3(0.5 * a * s[0], 0.5 * b * s[1], 0.5 * c * s[2]); });
-    Gradient<double> g;
-    fem::gradient(x, g);
-    const double v = fem::volume(x, g);
-    return fem::stable_length(g, v, v / std::sqrt(fem::largest_face_area_squared(x)));
+    const auto m = fem::modes(x);
+    const auto g = fem::gradient(m);
+    const double v = fem::volume(m, g);
+    return fem::stable_length(g, v, v / std::sqrt(fem::largest_face_area_squared(m)));
   };
   // 8 B:B = 4 (A_x^2 + A_y^2 + A_z^2) of a brick with face areas A: 2 V / sqrt is V / |A|
   EXPECT_NEAR(of(2, 2, 2), 4.0 / 3, 1e-14);                  // 8 / sqrt(48) = 1.155 is less than two thirds of an edge
@@ -61,11 +77,10 @@ TEST(StableLength, OfCubeAndBrick) {
 
 TEST(Hex8, GradientOperatorSumsToZero) {
   for (unsigned seed = 0; seed < 20; ++seed) {
-    Gradient<double> g;
-    fem::gradient(distorted(seed), g);
-    for (int d = 0; d < 3; ++d) {
+    const auto b = at_corners(fem::gradient(fem::modes(distorted(seed))));
+    for (std::size_t d = 0; d < 3; ++d) {
       double sum = 0;
-      for (int i = 0; i < 8; ++i) sum += g.b[i][d];
+      for (const auto& at : b) sum += at[d];
       EXPECT_NEAR(sum, 0, round_off);
     }
   }
@@ -82,9 +97,8 @@ TEST(Hex8, VolumeOfPlanarFacedHexIsThatOfItsTetrahedra) {
       exact -= tetrahedron(corner(p, f[0]), corner(p, f[1]), corner(p, f[2]), centre);
       exact -= tetrahedron(corner(p, f[0]), corner(p, f[2]), corner(p, f[3]), centre);
     }
-    Gradient<double> g;
-    fem::gradient(p, g);
-    EXPECT_NEAR(fem::volume(p, g), exact, round_off * exact);
+    const auto m = fem::modes(p);
+    EXPECT_NEAR(fem::volume(m, fem::gradient(m)), exact, round_off * exact);
   }
 }
 
@@ -95,9 +109,8 @@ TEST(Hex8, VolumeIsTheIntegralOfDetJ) {
     double exact = 0;
     for (const auto& s : sign)
       exact += shapes::jacobian_at(x, s[0] / std::sqrt(3.0), s[1] / std::sqrt(3.0), s[2] / std::sqrt(3.0));
-    Gradient<double> g;
-    fem::gradient(x, g);
-    EXPECT_NEAR(fem::volume(x, g), exact, round_off * 100);
+    const auto m = fem::modes(x);
+    EXPECT_NEAR(fem::volume(m, fem::gradient(m)), exact, round_off * 100);
   }
 }
 
@@ -111,11 +124,11 @@ TEST(Hex8, LinearVelocityFieldGivesExactGradient) {
       const Vec3 u = l * corner(x, i) + Vec3(1, 2, 3);
       for (int d = 0; d < 3; ++d) v.c[i][d] = u[d];
     }
-    Gradient<double> g;
-    fem::gradient(x, g);
+    const auto m = fem::modes(x);
+    const auto g = fem::gradient(m);
     double sum[3][3];
-    fem::contract(v, g, sum);
-    const double volume = fem::volume(x, g);
+    fem::contract(fem::modes(v), g, sum);
+    const double volume = fem::volume(m, g);
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j) EXPECT_NEAR(sum[i][j] / volume, l(i, j), round_off);
   }
@@ -127,26 +140,27 @@ constexpr double base[4][8] = {{1, 1, -1, -1, -1, -1, 1, 1}, {1, -1, -1, 1, -1, 
 TEST(Hex8, HourglassRatesAreThoseOfTheShapeVectorsAndVanishInLinearFields) {
   for (unsigned seed = 0; seed < 20; ++seed) {
     const auto x = distorted(seed);
-    Gradient<double> g;
-    fem::gradient(x, g);
-    const double volume = fem::volume(x, g);
+    const auto m = fem::modes(x);
+    const auto g = fem::gradient(m);
+    const auto b = at_corners(g);
+    const double volume = fem::volume(m, g);
     // gamma_aI = h_aI - B_jI (x_jJ h_aJ) / V, written out
     double gamma[4][8];
     for (int a = 0; a < 4; ++a) {
       Vec3 h = Vec3::Zero();
       for (int i = 0; i < 8; ++i) h += base[a][i] * corner(x, i);
-      for (int i = 0; i < 8; ++i) gamma[a][i] = base[a][i] - (g.b[i][0] * h[0] + g.b[i][1] * h[1] + g.b[i][2] * h[2]) / volume;
+      for (int i = 0; i < 8; ++i) gamma[a][i] = base[a][i] - (b[i][0] * h[0] + b[i][1] * h[1] + b[i][2] * h[2]) / volume;
     }
     for (const bool linear : {true, false}) {
       auto v = distorted(seed + 100);
       if (linear)
         for (int i = 0; i < 8; ++i)
           for (int d = 0; d < 3; ++d) v.c[i][d] = 1 + d + 2 * x.c[i][(d + 1) % 3] - x.c[i][d];
-      double l[3][3], position[4][3], rate[4][3];
-      fem::contract(v, g, l);
+      double l[3][3], rate[4][3];
+      fem::contract(fem::modes(v), g, l);
       for (auto& row : l)
         for (double& a : row) a /= volume;
-      fem::hourglass_rates(x, v, l, position, rate);
+      fem::hourglass_rates(m, fem::modes(v), l, rate);
       for (int a = 0; a < 4; ++a)
         for (int d = 0; d < 3; ++d) {
           double sum = 0;
@@ -157,14 +171,44 @@ TEST(Hex8, HourglassRatesAreThoseOfTheShapeVectorsAndVanishInLinearFields) {
   }
 }
 
+TEST(Hex8, GradientIsTheDerivativeOfTheVolume) {
+  // V is linear in each coordinate of each corner: a difference over any step is its derivative.
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    const auto x = distorted(seed);
+    const auto volume = [](const Corners<double>& c) {
+      const auto m = fem::modes(c);
+      return fem::volume(m, fem::gradient(m));
+    };
+    const auto b = at_corners(fem::gradient(fem::modes(x)));
+    for (int i = 0; i < 8; ++i)
+      for (int d = 0; d < 3; ++d) {
+        auto moved = x;
+        moved.c[i][d] += 1;
+        EXPECT_NEAR(b[std::size_t(i)][std::size_t(d)], volume(moved) - volume(x), 10 * round_off);
+      }
+  }
+}
+
+TEST(Hex8, LargestFaceAreaIsThatOfTheDiagonals) {
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    const auto x = distorted(seed);
+    double largest = 0;
+    for (const auto& f : fem::face_corner)
+      largest = std::max(largest, 0.5 * (corner(x, f[2]) - corner(x, f[0])).cross(corner(x, f[3]) - corner(x, f[1])).norm());
+    EXPECT_NEAR(std::sqrt(fem::largest_face_area_squared(fem::modes(x))), largest, round_off * largest * 10);
+  }
+}
+
 TEST(Hex8, ModesAreSpreadOverCornersByTheirBaseVectors) {
-  const double q[4] = {1.5, -2.25, 3.0, 0.5};
+  const double q[7] = {-0.75, 4.0, 0.125, 1.5, -2.25, 3.0, 0.5};
   for (int d = 0; d < 3; ++d) {
     double f[8][3] = {};
-    fem::subtract_modes(q, d, f);
-    for (int i = 0; i < 8; ++i)
-      for (int k = 0; k < 3; ++k)
-        EXPECT_EQ(f[i][k], k == d ? -(q[0] * base[0][i] + q[1] * base[1][i] + q[2] * base[2][i] + q[3] * base[3][i]) : 0.0);
+    fem::spread(q, d, f);
+    for (int i = 0; i < 8; ++i) {
+      double sum = q[0] * sign[i][0] + q[1] * sign[i][1] + q[2] * sign[i][2];
+      for (int a = 0; a < 4; ++a) sum += q[3 + a] * base[a][i];
+      for (int k = 0; k < 3; ++k) EXPECT_EQ(f[i][k], k == d ? sum : 0.0);
+    }
   }
 }
 
