@@ -10,7 +10,6 @@ using core::Vec3;
 void kick_nodes(Mesh& mesh, double dt) {
   Nodes& n = mesh.nodes;
   const double* force = mesh.elements.corner_force.data();
-  constexpr std::size_t ahead = 8 * block_size;
   const bool bonded = !n.f.empty();
   for_each_node_awake(mesh, [&](std::size_t nd) {
     if (!n.awake[nd] || n.m[nd] == 0) return;
@@ -18,11 +17,6 @@ void kick_nodes(Mesh& mesh, double dt) {
     for (auto k = mesh.corner_start[nd]; k < mesh.corner_start[nd + 1]; ++k) {
       const std::uint32_t c = mesh.corners[k];
       const double* at = force + corner_index(c / 8, static_cast<int>(c % 8), 0);
-      if (k + ahead < mesh.corners.size()) {  // the forces of a node a block further on
-        const std::uint32_t next = mesh.corners[k + ahead];
-        const double* soon = force + corner_index(next / 8, static_cast<int>(next % 8), 0);
-        for (std::size_t d = 0; d < 3; ++d) __builtin_prefetch(soon + d * block_size);
-      }
       f[0] += at[0];
       f[1] += at[block_size];
       f[2] += at[2 * block_size];

@@ -9,10 +9,10 @@
 
 namespace material {
 
-/// Flow stress Y [Pa] and its slope dY/deps_p [Pa].
+/// Flow stress Y [Pa], its slope dY/deps_p [Pa] and d2Y/deps_p2 [Pa].
 template <class T>
 struct Yield {
-  T Y, slope;
+  T Y, slope, bend;
 };
 
 /// Where a point is while it flows.
@@ -27,7 +27,7 @@ struct FlowState {
 template <class T>
 struct ConstantFlow {
   T G, Y;
-  Yield<T> operator()(T) const { return {Y, T(0.0)}; }
+  Yield<T> operator()(T) const { return {Y, T(0.0), T(0.0)}; }
 };
 
 /// Elastic, perfectly plastic: the same everywhere.

@@ -25,15 +25,15 @@ struct JohnsonCookFlow {
   double n;
 
   Yield<T> operator()(T eps_p) const {
-    const T hardening = b * core::pow(eps_p, T(n));
-    return {a + hardening, T(n) * hardening / core::max(eps_p, T(1e-300))};
+    const T hardening = b * core::pow(eps_p, T(n)), inverse = T(1.0) / core::max(eps_p, T(1e-300)), slope = T(n) * hardening * inverse;
+    return {a + hardening, slope, T(n - 1) * slope * inverse};
   }
 };
 
 template <class T>
 JohnsonCookFlow<T> flow(const JohnsonCook& s, const FlowState<T>& at) {
   const T t = homologous_temperature(at.temperature, s.T_room, s.T_melt);
-  const T factor = (T(1.0) + T(s.C) * log_rate(at.rate, s.rate_0)) * (T(1.0) - core::pow(t, T(s.m)));
+  const T factor = (T(1.0) + T(s.C) * log_rate(at.rate, s.rate_0)) * (T(1.0) - (s.m == 1 ? t : core::pow(t, T(s.m))));
   const auto solid = t < T(1.0);
   const T held = core::select(solid, core::max(factor, T(0.0)), T(0.0));
   return {core::select(solid, T(s.G), T(0.0)), T(s.A) * held, T(s.B) * held, s.n};

@@ -55,23 +55,30 @@ struct Return {
   T Y;          ///< flow stress after it [Pa]
 };
 
+/// Halley's step towards the root of a gap with slope -s and second derivative -bend; at most twice Newton's.
+template <class T>
+T halley_step(T gap, T s, T bend) {
+  const T s_2 = s * s;
+  return gap * (T(2.0) * s) / core::max(T(2.0) * s_2 + gap * bend, s_2);
+}
+
 /// Solves sigma_trial - 3 G d = Y(eps_p + d) for d in [0, largest]. Zero where the trial is elastic; `largest` where the
-/// solution lies beyond. Newton from the tangent at eps_p, which for a concave flow law comes from below and in steady flow
-/// is there at once; from zero plastic strain, where the slope is infinite, from the right end; kept in a bracket.
+/// solution lies beyond. Halley's method (cubic) from eps_p, which in steady flow is there at once; from zero plastic strain, where the
+/// slope is infinite, from the right end; kept in a bracket.
 template <class F, class T>
 Return<T> plastic_increment(const F& flow, T sigma_trial, T eps_p, T largest) {
   constexpr int max_iterations = 60;
   constexpr double rel_tol = 1e-11;  // of the trial stress
-  constexpr double shrink = 0.05;    // of the bracket when Newton leaves it to the left
+  constexpr double shrink = 0.05;    // of the bracket when a step leaves it to the left
   const Yield<T> before = flow(eps_p);
   const auto plastic = sigma_trial > before.Y;
   if (!core::any(plastic)) return {T(0.0), before.Y};
-  const T stiffness = T(3.0) * flow.G, smallest = T(1e-300);
+  const T stiffness = T(3.0) * flow.G, smallest = T(1e-150);
   // hardening only lowers d below the perfectly plastic value
   const T excess = core::max(sigma_trial - before.Y, T(0.0));
   const auto free = excess < largest * stiffness;
   T lo = T(0.0), hi = core::select(free, excess / core::max(stiffness, smallest), largest);
-  T d = core::select(free, core::min(excess / core::max(stiffness + before.slope, smallest), hi), hi);
+  T d = core::select(free, core::min(halley_step(excess, core::max(stiffness + before.slope, smallest), before.bend), hi), hi);
   Yield<T> now = flow(eps_p + d);
   T gap = sigma_trial - stiffness * d - now.Y;
   const T tol = T(rel_tol) * sigma_trial;
@@ -80,8 +87,8 @@ Return<T> plastic_increment(const F& flow, T sigma_trial, T eps_p, T largest) {
   for (int i = 0; i < max_iterations && core::any(active); ++i) {
     lo = core::select(active & (gap > T(0.0)), d, lo);
     hi = core::select(active & (gap < T(0.0)), d, hi);
-    const T newton = d + gap / core::max(stiffness + now.slope, smallest);
-    T next = core::select(newton > lo, newton, lo + T(shrink) * (hi - lo));
+    const T step = d + halley_step(gap, core::max(stiffness + now.slope, smallest), now.bend);
+    T next = core::select(step > lo, step, lo + T(shrink) * (hi - lo));
     next = core::select(next < hi, next, T(0.5) * (lo + hi));
     d = core::select(active, next, d);
     now = flow(eps_p + d);

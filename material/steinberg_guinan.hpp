@@ -27,7 +27,8 @@ struct SteinbergGuinanFlow {
     const T base = T(1.0) + T(beta) * (eps_p + T(eps_i));
     const T Y = T(Y_0) * core::pow(base, T(n));
     const auto free = Y < T(Y_max);
-    return {factor * core::select(free, Y, T(Y_max)), factor * core::select(free, T(n * beta) * Y / base, T(0.0))};
+    const T slope = factor * core::select(free, T(n * beta) * Y / base, T(0.0));
+    return {factor * core::select(free, Y, T(Y_max)), slope, T((n - 1) * beta) * slope / base};
   }
 };
 

@@ -19,13 +19,15 @@ struct ZerilliArmstrongFlow {
 
   Yield<T> operator()(T eps_p) const {
     const T root = b * core::sqrt(eps_p);
-    T Y = a + root, rise = T(0.5) * root;
+    T Y = a + root, rise = T(0.5) * root, bend = T(-0.5) * rise;
     if (power) {
       const T hardening = c * core::pow(eps_p, T(n));
       Y += hardening;
       rise += T(n) * hardening;
+      bend += T(n * (n - 1)) * hardening;
     }
-    return {Y, rise / core::max(eps_p, T(1e-300))};
+    const T inverse = T(1.0) / core::max(eps_p, T(1e-300));
+    return {Y, rise * inverse, bend * inverse * inverse};
   }
 };
 
