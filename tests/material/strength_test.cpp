@@ -48,6 +48,23 @@ TEST(SteinbergGuinan, HardeningSaturates) {  // 0.854 GPa uncapped at eps 2: Y_m
   EXPECT_EQ(f(2.0).slope, 0.0);
 }
 
+/// The slopes of a flow law against central differences over h.
+template <class Flow>
+void expect_slopes(const Flow& f, double eps) {
+  const double h = 1e-5;
+  const auto at = f(eps), above = f(eps + h), below = f(eps - h);
+  EXPECT_NEAR(at.slope, (above.Y - below.Y) / (2 * h), 1e-6 * std::abs(at.slope));
+  EXPECT_NEAR(at.bend, (above.slope - below.slope) / (2 * h), 1e-6 * std::abs(at.bend));
+  EXPECT_LT(at.bend, 0);
+}
+
+TEST(FlowLaws, SlopesAreDerivatives) {
+  expect_slopes(flow(jc_2024(), State{1, 0, 400, 1e4}), 0.1);
+  expect_slopes(flow(sg_2024(), State{1.2, 20e9, 600, 1e6}), 0.05);
+  expect_slopes(flow(za_iron(), State{1, 0, 400, 1e3}), 0.1);
+  expect_slopes(flow(za_copper(), State{1, 0, 400, 1e3}), 0.1);
+}
+
 TEST(SteinbergGuinan, MeltsOnItsCurve) {  // 1220 exp(3 (1 - 1/1.2)) 1.2^(2 (2 - 1.5 - 1/3))
   const double T_melt = material::melting_temperature(sg_2024(), 1.2);
   EXPECT_NEAR(T_melt, 2137.4738995338244, 1e-9);
