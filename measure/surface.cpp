@@ -78,6 +78,29 @@ class Voxels {
     mark_point(s.x);
   }
 
+  /// Fills columns without material that lie open to the side: beyond the edge of a plate that has moved or is drawn in.
+  void close_outside() {
+    std::vector<char> empty(columns_.size(), 1);
+    for (std::size_t k = 0; k < solid_.size(); ++k)
+      if (solid_[k] != 0) empty[k % columns_.size()] = 0;
+    std::vector<std::uint32_t> todo;
+    const auto visit = [&](int i, int j) {
+      if (i < 0 || j < 0 || i >= count(0) || j >= count(1)) return;
+      const std::size_t c = columns_.index(i, j);
+      if (!empty[c]) return;
+      empty[c] = 0;
+      for (int l = 0; l < layers_; ++l) solid_[index(i, j, l)] = 1;
+      todo.push_back(static_cast<std::uint32_t>(c));
+    };
+    for (int i = 0; i < count(0); ++i) visit(i, 0), visit(i, count(1) - 1);
+    for (int j = 0; j < count(1); ++j) visit(0, j), visit(count(0) - 1, j);
+    while (!todo.empty()) {
+      const int i = static_cast<int>(todo.back() % columns_.n[0]), j = static_cast<int>(todo.back() / columns_.n[0]);
+      todo.pop_back();
+      visit(i - 1, j), visit(i + 1, j), visit(i, j - 1), visit(i, j + 1);
+    }
+  }
+
   /// Marks with 2 what the front side is connected to. True where that reaches the back side.
   bool flood() {
     std::vector<std::uint32_t> todo;
@@ -355,6 +378,7 @@ Opening find_opening(const Surface& surface, const Window& window, double thickn
   if (high < low) return opening;
   Voxels voxels(window, low, high);
   each_over(surface, window, [&](const auto& piece) { voxels.mark(piece); });
+  voxels.close_outside();
   opening.through = voxels.flood();
   if (!opening.through) return opening;
   opening.seen = largest_patch(voxels.columns(), voxels.open_columns());

@@ -29,6 +29,17 @@ TEST(Perforation, ClosedPlateIsWhole) {
   EXPECT_FALSE(find(r, "wall.crater_depth"));
 }
 
+TEST(Perforation, NoWayRoundAPlateThatMovedIsAHole) {
+  Block b = plate(width, thickness, 40, 4);
+  const auto dent = [](const Vec3& x) { return 0.5 * mm * std::exp(-x.head<2>().squaredNorm() / (16 * mm * mm)); };
+  b.map = [&](const Vec3& x) { return Vec3(x - Vec3(0, 0, dent(x)) + Vec3(1.5 * mm, -mm, 0)); };  // sideways
+  EXPECT_EQ(get(measured(b), "wall.perforated"), 0);
+  b.map = [&](const Vec3& x) { return Vec3(0.93 * x.x(), 0.93 * x.y(), x.z() - dent(x)); };  // drawn in
+  EXPECT_EQ(get(measured(b), "wall.perforated"), 0);
+  b.keep = [](const Vec3& x) { return std::hypot(x.x(), x.y()) > mm; };
+  EXPECT_EQ(get(measured(b), "wall.perforated"), 1);
+}
+
 TEST(Perforation, OneColumnOfElementsIsAHole) {
   Block b = plate(width, thickness, 40, 4);
   b.keep = [](const Vec3& x) { return std::abs(x.x() - 0.25 * mm) > 0.2 * mm || std::abs(x.y() - 0.25 * mm) > 0.2 * mm; };
