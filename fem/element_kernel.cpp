@@ -108,6 +108,7 @@ static Real hourglass_coefficient(const Context& k, std::size_t el, Real strain)
   Real more(0.0);
   for (int lane = 0; lane < W; ++lane)
     if (k.ring[el + static_cast<std::size_t>(lane)] == 1) more.set(lane, k.settings.hourglass_at_seam);
+  if (!core::any(more > Real(0.0))) return Real(k.settings.hourglass);
   const Real flows = strain * Real(1 / rings);
   return Real(k.settings.hourglass) + more / (Real(1.0) + flows * flows);
 }

@@ -34,6 +34,25 @@ bool is_flat(const Quad& q, const PlateFrame& frame, double displacement) {
   return on(displacement + frame.half.z()) || on(displacement - frame.half.z());
 }
 
+/// Calls f(i, j) for every marked column that `start` is connected to by sides, itself included, and takes the marks away.
+template <class F>
+void take_patch(const Columns& columns, std::size_t start, std::vector<char>& marked, F&& f) {
+  std::vector<std::size_t> todo;
+  const auto visit = [&](int i, int j) {
+    if (i < 0 || j < 0 || i >= columns.n[0] || j >= columns.n[1]) return;
+    const std::size_t k = columns.index(i, j);
+    if (marked[k]) marked[k] = 0, todo.push_back(k);
+  };
+  const auto column = [&](std::size_t k, int axis) { return static_cast<int>(axis == 0 ? k % columns.n[0] : k / columns.n[0]); };
+  visit(column(start, 0), column(start, 1));
+  while (!todo.empty()) {
+    const int i = column(todo.back(), 0), j = column(todo.back(), 1);
+    todo.pop_back();
+    f(i, j);
+    visit(i - 1, j), visit(i + 1, j), visit(i, j - 1), visit(i, j + 1);
+  }
+}
+
 /// Grid of voxels over a window; marks and floods them.
 class Voxels {
  public:
@@ -83,22 +102,12 @@ class Voxels {
     std::vector<char> empty(columns_.size(), 1);
     for (std::size_t k = 0; k < solid_.size(); ++k)
       if (solid_[k] != 0) empty[k % columns_.size()] = 0;
-    std::vector<std::uint32_t> todo;
-    const auto visit = [&](int i, int j) {
-      if (i < 0 || j < 0 || i >= count(0) || j >= count(1)) return;
-      const std::size_t c = columns_.index(i, j);
-      if (!empty[c]) return;
-      empty[c] = 0;
-      for (int l = 0; l < layers_; ++l) solid_[index(i, j, l)] = 1;
-      todo.push_back(static_cast<std::uint32_t>(c));
-    };
-    for (int i = 0; i < count(0); ++i) visit(i, 0), visit(i, count(1) - 1);
-    for (int j = 0; j < count(1); ++j) visit(0, j), visit(count(0) - 1, j);
-    while (!todo.empty()) {
-      const int i = static_cast<int>(todo.back() % columns_.n[0]), j = static_cast<int>(todo.back() / columns_.n[0]);
-      todo.pop_back();
-      visit(i - 1, j), visit(i + 1, j), visit(i, j - 1), visit(i, j + 1);
-    }
+    for (int j = 0; j < count(1); ++j)
+      for (int i = 0; i < count(0); ++i)
+        if (i == 0 || j == 0 || i == count(0) - 1 || j == count(1) - 1)
+          take_patch(columns_, columns_.index(i, j), empty, [&](int a, int c) {
+            for (int l = 0; l < layers_; ++l) solid_[index(a, c, l)] = 1;
+          });
   }
 
   /// Marks with 2 what the front side is connected to. True where that reaches the back side.
@@ -341,26 +350,14 @@ Middle middle_of(const Surface& surface, const Window& window, double edge) {
 
 Patch largest_patch(const Columns& columns, std::span<const char> marked) {
   Patch best;
-  std::vector<char> seen(marked.size(), 0);
-  std::vector<std::size_t> todo;
-  for (std::size_t start = 0; start < marked.size(); ++start) {
-    if (!marked[start] || seen[start]) continue;
+  std::vector<char> left(marked.begin(), marked.end());
+  for (std::size_t start = 0; start < left.size(); ++start) {
+    if (!left[start]) continue;
     Patch patch;
-    todo.assign(1, start);
-    seen[start] = 1;
-    while (!todo.empty()) {
-      const std::size_t k = todo.back();
-      todo.pop_back();
-      const int i = static_cast<int>(k % columns.n[0]), j = static_cast<int>(k / columns.n[0]);
+    take_patch(columns, start, left, [&](int i, int j) {
       ++patch.n_columns;
       patch.center[0] += columns.x(0, i), patch.center[1] += columns.x(1, j);
-      const int next[4][2] = {{i - 1, j}, {i + 1, j}, {i, j - 1}, {i, j + 1}};
-      for (const auto& [a, b] : next) {
-        if (a < 0 || b < 0 || a >= columns.n[0] || b >= columns.n[1]) continue;
-        const std::size_t l = columns.index(a, b);
-        if (marked[l] && !seen[l]) seen[l] = 1, todo.push_back(l);
-      }
-    }
+    });
     for (double& x : patch.center) x /= static_cast<double>(patch.n_columns);
     if (patch.n_columns > best.n_columns) best = patch;
   }

@@ -8,6 +8,7 @@
 #include <functional>
 
 #include "fem/elements.hpp"
+#include "tests/fem/fluid.hpp"
 
 namespace {
 
@@ -149,13 +150,6 @@ TEST(Criteria, InvertedCornerIsAlwaysLookedFor) {
 /// Moves the block with x = f(t) X over n steps to t = 1 and returns the total deformation of its first element.
 double deform(int n, const std::function<Vec3(const Vec3&, double)>& f) {
   Block b;
-  material::Material m;
-  m.rho_0 = 1000;
-  eos::MieGrueneisen e;
-  e.rho_0 = 1000, e.c_0 = 1000, e.s_1 = 1, e.gamma_0 = 1, e.cv = 1000;
-  m.eos = e;
-  m.strength = material::NoStrength{};
-  material::prepare(m);
   const auto x_0 = b.mesh.nodes.x;
   const double dt = 1.0 / n;
   for (int k = 0; k < n; ++k) {
@@ -164,7 +158,7 @@ double deform(int n, const std::function<Vec3(const Vec3&, double)>& f) {
       b.mesh.nodes.v[i] = (next - b.mesh.nodes.x[i]) / dt;
       b.mesh.nodes.x[i] = next;
     }
-    fem::update_awake_elements(b.mesh, {m}, {}, {dt, dt});
+    fem::update_awake_elements(b.mesh, {fluid()}, {}, {dt, dt});
   }
   return b.mesh.elements.deformation[0];
 }
