@@ -61,17 +61,24 @@ static std::string history_row(const Simulation& s) {
                      s.particles.size(), s.contact.leaks);
 }
 
-/// Drops rows later than `time` from a history that a resumed run continues.
-static void trim_history(const std::string& path, double time) {
+/// Two times of a history are one row's: its text keeps fewer digits than the clock.
+constexpr double same_time = 1e-9;
+
+/// Drops rows later than `time` from a history that a resumed run continues. Returns the time of its last row [s], -1
+/// if none is left.
+static double trim_history(const std::string& path, double time) {
   std::ifstream in(path);
   std::string kept, line;
-  bool head = true;
-  while (std::getline(in, line)) {
-    if (head || std::strtod(line.c_str(), nullptr) <= time * (1 + 1e-9)) kept += line + "\n";
-    head = false;
+  double last = -1;
+  for (bool head = true; std::getline(in, line); head = false) {
+    const double row = head ? -1 : std::strtod(line.c_str(), nullptr);
+    if (row > time * (1 + same_time)) continue;
+    kept += line + "\n";
+    last = row;
   }
   in.close();
   std::ofstream(path, std::ios::trunc) << kept;
+  return last;
 }
 
 // ------------------------------------------------------------------------------------------------ progress
@@ -142,7 +149,7 @@ struct Output {
   }
 
   void add_history(const Simulation& s) {
-    if (s.time == last_row) return;
+    if (std::abs(s.time - last_row) <= same_time * s.time) return;
     history.line(history_row(s));
     last_row = s.time;
   }
@@ -202,15 +209,15 @@ static int conclude(Simulation& s, Output& out, double wall_before) {
     fmt::print(stderr, "{}\n", e.what());
     code = 3;
   }
-  // The state first, then what is derived from it; a disk that is full may refuse any of them.
+  // The state first, then what is derived from it, the summary last; a disk that is full may refuse any of them.
   try {
     write_checkpoint(s, out.dir + "/checkpoint.h5");
     const auto snapshot = take_snapshot(s);
     if (std::isfinite(s.ledger.energy_error)) out.snapshots.append(snapshot);
     if (code != 130) out.add_history(s);  // a resumed run's history has the rows of one that was not interrupted
     const auto result = measure_snapshot(snapshot, scene_now(s), s.frozen);
-    write_summary(out.dir, s, result, info);
     write_fragments(out.dir, result);
+    write_summary(out.dir, s, result, info);
     const std::string report = measurement_table(s.spec, result) + ledger_table(s);
     out.log.line(report);
     fmt::print("\n{}", report);
@@ -226,6 +233,7 @@ static int conclude(Simulation& s, Output& out, double wall_before) {
 }
 
 static Output open_output(const Simulation& s, const std::string& dir, bool go_on) {
+  const double last_row = go_on ? trim_history(dir + "/history.csv", s.time) : -1;
   const io::Case& c = s.spec;
   const double history = c.history_every > 0 ? c.history_every : c.end / 1000;
   return {dir,
@@ -235,7 +243,7 @@ static Output open_output(const Simulation& s, const std::string& dir, bool go_o
           go_on ? io::SnapshotWriter::reopen(dir, s.time) : io::SnapshotWriter(dir),
           LineFile(dir + "/history.csv", go_on),
           LineFile(dir + "/log.txt", go_on),
-          go_on ? s.time : -1.0};
+          last_row};
 }
 
 int run(const io::Case& spec, const std::string& dir, bool force) {
@@ -268,11 +276,14 @@ int resume(const std::string& dir) {
   begin(*s);
   read_checkpoint(*s, checkpoint);
   account(*s);
+  // a run that was killed, or found the disk full, between its last state and its summary still owes the summary
   if (s->time >= s->spec.end * (1 - 1e-12)) {
-    fmt::print("{}: the run has reached its end time already\n", dir);
-    return 0;
+    if (summary_is_complete(dir)) {
+      fmt::print("{}: the run has reached its end time already\n", dir);
+      return 0;
+    }
+    s->limit = {"end", 0, s->dt_old};
   }
-  trim_history(dir + "/history.csv", s->time);
   Output out = open_output(*s, dir, true);
   out.log.line(fmt::format("resumed at t = {:.6g} us, step {}", s->time * 1e6, s->steps));
   fmt::print("{}: going on at t = {:.4g} us, step {}\n", s->spec.title, s->time * 1e6, s->steps);

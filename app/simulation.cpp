@@ -234,12 +234,9 @@ void choose_step(Simulation& s, double stop) {
   }
   // The last two steps before a stop share what is left, so that no step is a sliver.
   const double left = stop - s.time;
-  if (dt >= left) {
-    dt = left;
-    s.limit.kind = "end";
-  } else if (2 * dt > left) {
-    dt = 0.5 * left;
-    s.limit.kind = "end";
+  if (2 * dt > left) {
+    dt = dt >= left ? left : 0.5 * left;
+    s.limit = {"end", 0, dt};
   }
   s.dt = dt;
 }

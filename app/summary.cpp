@@ -140,6 +140,12 @@ void write_summary(const std::string& dir, const Simulation& s, const measure::R
   write_file(dir + "/summary.json", j.dump(2) + "\n");
 }
 
+bool summary_is_complete(const std::string& dir) {
+  std::ifstream f(dir + "/summary.json");
+  const Json j = Json::parse(f, nullptr, false);
+  return j.is_object() && j.value("completed", false);
+}
+
 void rewrite_measurements(const std::string& dir, const io::Case& spec, const measure::Result& result) {
   const std::string path = dir + "/summary.json";
   std::ifstream f(path);

@@ -18,6 +18,9 @@ struct RunInfo {
 /// DIR/summary.json, written to a temporary and renamed.
 void write_summary(const std::string& dir, const Simulation& s, const measure::Result& result, const RunInfo& info);
 
+/// Whether DIR/summary.json is there and of a run that reached its end time.
+bool summary_is_complete(const std::string& dir);
+
 /// Replaces the measurements in an existing summary.json.
 void rewrite_measurements(const std::string& dir, const io::Case& spec, const measure::Result& result);
 

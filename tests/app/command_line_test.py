@@ -418,6 +418,26 @@ class Interrupt(Folder):
         self.same_end(whole, self.out)
         self.nothing_half_written(self.out)
 
+    def test_a_run_killed_between_its_last_state_and_its_summary_owes_the_summary(self):
+        self.assertEqual(self.ejecta("run", "case.toml", "--out", self.out, "--threads", "1").returncode, 0)
+        whole = os.path.join(self.dir, "whole")
+        shutil.copytree(self.out, whole)
+        for name in ("summary.json", "fragments.csv"):
+            os.remove(os.path.join(self.out, name))
+        history = os.path.join(self.out, "history.csv")
+        with open(history) as f:
+            rows = f.readlines()
+        with open(history, "w") as f:
+            f.writelines(rows[:-1])
+        for _ in range(2):  # the second time there is nothing left to do
+            r = self.ejecta("resume", self.out, "--threads", "1")
+            self.assertEqual(r.returncode, 0, r.stdout + r.stderr)
+            self.same_end(whole, self.out)
+            self.nothing_half_written(self.out)
+            with open(history) as f:
+                self.assertEqual(f.readlines(), rows)
+        self.assertIn("already", r.stdout)
+
 
 class FullDisk(Folder):
     """No room left: exit 3, says so, and what was there stays good."""
