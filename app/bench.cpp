@@ -77,7 +77,7 @@ std::unique_ptr<Simulation> straining_block(int edge, const material::Material& 
   spec.file = "bench";
   spec.mode = mode;
   spec.end = 1;
-  spec.sleep = -2;
+  spec.sleep = -1;
   spec.symmetry_auto = false;
   spec.contact = false;
   spec.elements_across = edge;

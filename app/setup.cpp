@@ -171,10 +171,7 @@ static void choose_settings(Simulation& s) {
   s.contact_settings = {c.contact, c.friction};
   s.bond.hold = c.bond;
   s.bond.per_edge = c.particles_per_edge;
-  double speed = 0;
-  for (const auto& b : c.bodies) speed = std::max(speed, b.velocity.norm());
-  constexpr double default_sleep = 1e-10;  // of the impact speed
-  s.sleep_threshold = c.sleep == -1 ? default_sleep * speed : c.sleep == -2 ? -1.0 : c.sleep;
+  s.sleep_threshold = c.sleep;
   for (const auto& w : c.walls) {
     s.walls.push_back({w.point, w.normal.normalized()});
     s.hood.mirrors.push_back({w.point, w.normal.normalized(), true});

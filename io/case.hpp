@@ -50,7 +50,7 @@ struct Case {
   std::string fidelity = "standard";         ///< draft | standard | fine | reference, or "custom" where elements_across was given
   bool symmetry_auto = true;
   core::Symmetry symmetry;                   ///< resolved by app/setup where auto
-  double sleep = -1;                         ///< nodal speed below which untouched elements sleep [m/s]; -1 default, -2 off, 0 exact
+  double sleep = 0;                          ///< nodal speed below which untouched elements sleep [m/s]; 0 exact, negative off
   double cfl = 0.9;                          ///< fraction of the stable step, elements and particles
   std::string hourglass = "viscous";         ///< viscous | stiffness
   double hourglass_coefficient = -1;         ///< -1: the form's default [-]

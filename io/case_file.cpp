@@ -103,12 +103,10 @@ void read_symmetry(const Table& run, Case& c) {
 void read_sleep(const Table& run, Case& c) {
   const Node* node = run.find("sleep");
   if (!node) return;
-  if (node->text == "default") {
-    c.sleep = -1;
-  } else if (node->text == "exact") {
+  if (node->text == "default" || node->text == "exact") {
     c.sleep = 0;
   } else if (node->text == "off") {
-    c.sleep = -2;
+    c.sleep = -1;
   } else {
     const bool word = node->kind == Node::Kind::text && std::isalpha(static_cast<unsigned char>(node->text.c_str()[0]));
     if (word)

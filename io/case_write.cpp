@@ -35,8 +35,7 @@ std::string symmetry(const Case& c) {
 }
 
 std::string sleep(double speed) {
-  if (speed == -1) return toml_string("default");
-  if (speed == -2) return toml_string("off");
+  if (speed < 0) return toml_string("off");
   return speed == 0 ? toml_string("exact") : exact_decimal(speed);
 }
 

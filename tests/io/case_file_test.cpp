@@ -190,7 +190,7 @@ TEST_F(CaseFile, ExampleOfTheContract) {
   EXPECT_EQ(c.fidelity, "standard");
   EXPECT_EQ(c.elements_across, 20);
   EXPECT_TRUE(c.symmetry_auto);
-  EXPECT_EQ(c.sleep, -1);
+  EXPECT_EQ(c.sleep, 0);
   ASSERT_EQ(c.bodies.size(), 2u);
   const io::BodySpec& ball = c.bodies[0];
   EXPECT_EQ(ball.name, "projectile");
@@ -302,7 +302,7 @@ TEST_F(CaseFile, FidelityStandsForElementsAcross) {
 
 TEST_F(CaseFile, SleepAndSymmetryWords) {
   EXPECT_EQ(read(contract, {"run.sleep=exact"}).sleep, 0);
-  EXPECT_EQ(read(contract, {"run.sleep=off"}).sleep, -2);
+  EXPECT_EQ(read(contract, {"run.sleep=off"}).sleep, -1);
   EXPECT_EQ(read(contract, {"run.sleep=1 mm/s"}).sleep, 1e-3);
   const io::Case none = read(contract, {"run.symmetry=none"});
   EXPECT_FALSE(none.symmetry_auto);
