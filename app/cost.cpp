@@ -18,9 +18,10 @@ namespace app {
 
 constexpr double most_trend = 1.0;  ///< powers of h; more is the scatter of two coarse pilots and no trend
 
-/// What writing and measuring hold at the end of a run, beyond the state: fitted to the peaks of flyer_plate 20 across (175 MiB),
-/// semi_infinite hybrid 8 across (111 MiB) and thin_plate 12 across, hybrid (28 MiB) and erosion (25 MiB).
-constexpr double output_bytes_per_element = 2000, output_bytes = 6e6;
+/// What writing and measuring hold at the end of a run, beyond the state, for each symmetry copy of an element: fitted to the peaks of
+/// flyer_plate (950 MiB), a plate of 940,000 elements without symmetry (837 MiB), semi_infinite 8 and 16 across (99 and 317 MiB),
+/// and thin_plate 12 across, hybrid (33 MiB) and erosion (29 MiB).
+constexpr double output_bytes_per_element = 400, output_bytes = 12e6;
 
 enum Part { elements, particles, contact };
 constexpr std::size_t n_parts = 3;
@@ -202,7 +203,7 @@ Cost predict_cost(const Simulation& built, double budget) {
   c.particles = matter(last, wanted) * std::pow(built.spec.particles_per_edge, 3);
   const double stored = built.spec.mode == io::Mode::sph ? 0 : c.particles;  // in mode sph they are there already, without lists
   c.bytes = memory + (stored + static_cast<double>(built.particles.size())) * bytes_per_particle() +
-            output_bytes_per_element * wanted.n_elements + output_bytes;
+            output_bytes_per_element * built.spec.symmetry.copies() * wanted.n_elements + output_bytes;
   c.pilot_across = static_cast<int>(last.size.across);
   c.pilot_part = last.reached;
   c.pilot_seconds = spent;

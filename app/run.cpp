@@ -128,8 +128,9 @@ struct Output {
   std::size_t warnings_told = 0;
   Background background{};
 
-  void add_snapshot(io::Snapshot snapshot) {
-    background.start([this, snapshot = std::move(snapshot)] { snapshots.append(snapshot); });
+  void add_snapshot(const Simulation& s) {
+    background.wait();  // one copy of the state at a time
+    background.start([this, snapshot = take_snapshot(s)] { snapshots.append(snapshot); });
   }
 
   /// On another thread, where there is room for a copy of the state.
@@ -174,7 +175,7 @@ static void advance_to_end(Simulation& s, Output& out) {
       out.add_history(s);
       next_history = next_multiple(s.time, out.history_every);
     }
-    if (s.time >= next_output) out.add_snapshot(take_snapshot(s));
+    if (s.time >= next_output) out.add_snapshot(s);
     if (progress.seconds() - last_checkpoint > out.checkpoint_every) {
       out.add_checkpoint(s);
       last_checkpoint = progress.seconds();
@@ -212,10 +213,10 @@ static int conclude(Simulation& s, Output& out, double wall_before) {
   // The state first, then what is derived from it, the summary last; a disk that is full may refuse any of them.
   try {
     write_checkpoint(s, out.dir + "/checkpoint.h5");
-    const auto snapshot = take_snapshot(s);
+    auto snapshot = take_snapshot(s);
     if (std::isfinite(s.ledger.energy_error)) out.snapshots.append(snapshot);
     if (code != 130) out.add_history(s);  // a resumed run's history has the rows of one that was not interrupted
-    const auto result = measure_snapshot(snapshot, scene_now(s), s.frozen);
+    const auto result = measure_snapshot(std::move(snapshot), scene_now(s), s.frozen);
     write_fragments(out.dir, result);
     write_summary(out.dir, s, result, info);
     const std::string report = measurement_table(s.spec, result) + ledger_table(s);
@@ -298,11 +299,11 @@ void measure_series(const std::string& dir) {
   std::ofstream out(dir + "/measurements.csv");
   out << "time_s,key,value,unit\n";
   for (int k = 0; k < static_cast<int>(io::snapshot_times(dir).size()); ++k) {
-    const auto snapshot = io::read_snapshot(dir, k);
+    auto snapshot = io::read_snapshot(dir, k);
     measure::Scene scene = s->scene;
     const auto frozen = recall(snapshot, scene);
-    for (const auto& v : measure_snapshot(snapshot, scene, frozen).values)
-      out << fmt::format("{:.9e},{},{:.9e},{}\n", snapshot.time, v.key, v.value, v.unit);
+    for (const auto& v : measure_snapshot(std::move(snapshot), scene, frozen).values)
+      out << fmt::format("{:.9e},{},{:.9e},{}\n", scene.time, v.key, v.value, v.unit);
   }
   out.close();
   if (!out) throw core::GuardError(fmt::format("{}/measurements.csv: cannot be written; free some space and try again", dir));
@@ -311,10 +312,10 @@ void measure_series(const std::string& dir) {
 std::string measure_again(const std::string& dir) {
   if (!fs::exists(dir + "/run.h5")) throw core::CaseError(fmt::format("{}: holds no run.h5 to measure", dir));
   const auto s = set_up(io::read_case(dir + "/case.toml"));
-  const auto snapshot = io::read_snapshot(dir);
+  auto snapshot = io::read_snapshot(dir);
   measure::Scene scene = s->scene;
   const auto frozen = recall(snapshot, scene);
-  const auto result = measure_snapshot(snapshot, scene, frozen);
+  const auto result = measure_snapshot(std::move(snapshot), scene, frozen);
   rewrite_measurements(dir, s->spec, result);
   write_fragments(dir, result);
   return measurement_table(s->spec, result);

@@ -235,8 +235,10 @@ std::unique_ptr<Simulation> set_up(const io::Case& given) {
   fem::finish(s->mesh);
   hold_symmetry(spec.symmetry, s->mesh.nodes);
   s->scene = make_scene(spec, placed, s->warnings);
+  s->built.reserve(s->mesh.elements.size());
   for (std::size_t el = 0; el < s->mesh.elements.size(); ++el)
-    s->scene.built.push_back(fem::centre(s->mesh, el, s->mesh.nodes.x));
+    s->built.push_back(fem::centre(s->mesh, el, s->mesh.nodes.x).cast<float>());
+  s->scene.built = s->built;
   for (std::size_t b = 0; b < placed.size(); ++b) {
     auto& e = s->mesh.elements;
     const auto& material = s->materials[b];

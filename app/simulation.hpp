@@ -67,6 +67,7 @@ struct Simulation {
   std::size_t n_elements_initial = 0, n_converted = 0, n_eroded = 0;
   Ledger ledger;
   Work work;
+  std::vector<core::Vec3f> built;          ///< [element] centres as built [m]; scene.built sees them
   measure::Scene scene;
   std::vector<std::uint8_t> on_axis;       ///< [element] built within one element of the line of flight
   std::vector<measure::Value> frozen;      ///< clouds as they were just before they met the next plate

@@ -108,9 +108,9 @@ std::vector<measure::Value> recall(const io::Snapshot& snapshot, measure::Scene&
   return frozen;
 }
 
-measure::Result measure_snapshot(const io::Snapshot& snapshot, const measure::Scene& scene,
+measure::Result measure_snapshot(io::Snapshot snapshot, const measure::Scene& scene,
                                  const std::vector<measure::Value>& frozen) {
-  measure::Result r = measure::measure(matter_of(snapshot), scene);
+  measure::Result r = measure::measure(matter_of(std::move(snapshot)), scene);
   for (const auto& f : frozen) {
     const auto same = std::find_if(r.values.begin(), r.values.end(), [&](const auto& v) { return v.key == f.key; });
     if (same == r.values.end())
@@ -144,20 +144,22 @@ void freeze_clouds(Simulation& s) {
   }
 }
 
-static std::vector<double> joined(const io::Snapshot& s, const char* name) {
-  std::vector<double> a;
-  if (const auto* f = s.find(name)) {
-    a = f->element;
-    a.insert(a.end(), f->particle.begin(), f->particle.end());
-  }
+/// Takes a field out of a snapshot: elements, then particles. Empty where it has none of that name.
+static std::vector<double> take_field(io::Snapshot& s, const char* name) {
+  const auto f = std::find_if(s.fields.begin(), s.fields.end(), [&](const auto& field) { return field.name == name; });
+  if (f == s.fields.end()) return {};
+  std::vector<double> a = std::move(f->element);
+  a.reserve(a.size() + f->particle.size());
+  a.insert(a.end(), f->particle.begin(), f->particle.end());
+  s.fields.erase(f);
   return a;
 }
 
-measure::Matter matter_of(const io::Snapshot& s) {
+measure::Matter matter_of(io::Snapshot s) {
   measure::Matter m;
   m.n_elements = s.element_node.size();
-  m.node = s.element_node;
-  m.node_x = s.node_x;
+  m.x.reserve(m.n_elements + s.particle_x.size());
+  m.v.reserve(m.n_elements + s.particle_x.size());
   for (const auto& corners : s.element_node) {
     Vec3 x = Vec3::Zero(), v = Vec3::Zero();
     for (const auto nd : corners) {
@@ -167,18 +169,22 @@ measure::Matter matter_of(const io::Snapshot& s) {
     m.x.push_back(x / 8);
     m.v.push_back(v / 8);
   }
+  m.node = std::move(s.element_node);
+  m.node_x = std::move(s.node_x);
+  s.node_v = {};
   m.x.insert(m.x.end(), s.particle_x.begin(), s.particle_x.end());
   m.v.insert(m.v.end(), s.particle_v.begin(), s.particle_v.end());
-  m.m = joined(s, "mass");
-  m.rho = joined(s, "density");
-  m.p = joined(s, "pressure");
-  m.e = joined(s, "internal_energy");
-  m.T = joined(s, "temperature");
-  m.eps_p = joined(s, "plastic_strain");
-  m.damage = joined(s, "damage");
-  m.size = joined(s, "size");
-  for (const double b : joined(s, "body")) m.body.push_back(static_cast<int>(b));
-  for (const double id : joined(s, "id")) m.parent.push_back(static_cast<std::uint32_t>(id));
+  m.m = take_field(s, "mass");
+  m.rho = take_field(s, "density");
+  m.p = take_field(s, "pressure");
+  m.e = take_field(s, "internal_energy");
+  m.T = take_field(s, "temperature");
+  m.eps_p = take_field(s, "plastic_strain");
+  m.damage = take_field(s, "damage");
+  m.size = take_field(s, "size");
+  const auto body = take_field(s, "body"), id = take_field(s, "id");
+  m.body.assign(body.begin(), body.end());
+  m.parent.assign(id.begin(), id.end());
   return m;
 }
 

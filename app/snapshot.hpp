@@ -12,7 +12,7 @@ namespace app {
 io::Snapshot take_snapshot(const Simulation& s);
 
 /// The matter of a snapshot: measuring a run and measuring its stored state go through here both.
-measure::Matter matter_of(const io::Snapshot& snapshot);
+measure::Matter matter_of(io::Snapshot snapshot);
 
 /// The scene with what was recorded while running: time, impulses, peak pressures.
 measure::Scene scene_now(const Simulation& s);
@@ -22,7 +22,7 @@ measure::Scene scene_now(const Simulation& s);
 std::vector<measure::Value> recall(const io::Snapshot& snapshot, measure::Scene& scene);
 
 /// All measurements of a snapshot, clouds as frozen.
-measure::Result measure_snapshot(const io::Snapshot& snapshot, const measure::Scene& scene,
+measure::Result measure_snapshot(io::Snapshot snapshot, const measure::Scene& scene,
                                  const std::vector<measure::Value>& frozen);
 
 /// Measures the cloud behind a plate at the moment when its front comes near the next plate, once.

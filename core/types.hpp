@@ -14,6 +14,7 @@
 namespace core {
 
 using Vec3 = Eigen::Vector3d;
+using Vec3f = Eigen::Vector3f;  // where a place is only told from its neighbours
 using Mat3 = Eigen::Matrix3d;
 
 /// Indices of the six components of a symmetric tensor, without Voigt's factor of two.

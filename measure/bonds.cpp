@@ -40,22 +40,21 @@ std::array<std::int32_t, 4> sorted4(std::array<std::int32_t, 4> c) {
   return c;
 }
 
-/// Sides in rows by their lowest node.
-void bucket_sides(const Matter& m, std::vector<std::uint32_t>& start, std::vector<Side>& sides) {
+Side side_of(const Matter& m, std::uint32_t number) {
+  Side side{{}, static_cast<std::int32_t>(number / 6), static_cast<std::int32_t>(number % 6)};
+  side.sorted = sorted4(corners_of(m, side));
+  return side;
+}
+
+/// Sides, numbered 6 to the element, in rows by their lowest node.
+void bucket_sides(const Matter& m, std::vector<std::uint32_t>& start, std::vector<std::uint32_t>& sides) {
   start.assign(m.node_x.size() + 1, 0);
-  const auto each_side = [&](auto&& f) {
-    for (std::size_t el = 0; el < m.n_elements; ++el)
-      for (int s = 0; s < 6; ++s) {
-        Side side{{}, static_cast<std::int32_t>(el), s};
-        side.sorted = sorted4(corners_of(m, side));
-        f(side);
-      }
-  };
-  each_side([&](const Side& s) { ++start[s.sorted[0] + 1]; });
+  const auto n = static_cast<std::uint32_t>(6 * m.n_elements);
+  for (std::uint32_t s = 0; s < n; ++s) ++start[side_of(m, s).sorted[0] + 1];
   for (std::size_t nd = 1; nd < start.size(); ++nd) start[nd] += start[nd - 1];
-  sides.resize(6 * m.n_elements);
+  sides.resize(n);
   std::vector<std::uint32_t> next(start.begin(), start.end() - 1);
-  each_side([&](const Side& s) { sides[next[s.sorted[0]]++] = s; });
+  for (std::uint32_t s = 0; s < n; ++s) sides[next[side_of(m, s).sorted[0]]++] = s;
 }
 
 double squared_distance(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
@@ -182,23 +181,26 @@ void bond_elements(const Matter& m, std::span<const Face> faces, const Particles
 }  // namespace
 
 std::vector<Face> all_faces(const Matter& m) {
-  std::vector<std::uint32_t> start;
-  std::vector<Side> sides;
+  std::vector<std::uint32_t> start, sides;
   bucket_sides(m, start, sides);
+  std::vector<Side> row;
   std::vector<Face> faces;
   faces.reserve(sides.size() / 2 + sides.size() / 8);
-  for (std::size_t nd = 0; nd + 1 < start.size(); ++nd)
-    for (std::uint32_t k = start[nd]; k < start[nd + 1]; ++k) {
-      if (sides[k].element < 0) continue;
-      Face face{corners_of(m, sides[k]), sides[k].element, -1};
-      for (std::uint32_t l = k + 1; l < start[nd + 1]; ++l) {
-        if (sides[l].element < 0 || sides[l].sorted != sides[k].sorted) continue;
-        face.b = sides[l].element;
-        sides[l].element = -1;
+  for (std::size_t nd = 0; nd + 1 < start.size(); ++nd) {
+    row.clear();
+    for (std::uint32_t k = start[nd]; k < start[nd + 1]; ++k) row.push_back(side_of(m, sides[k]));
+    for (std::size_t k = 0; k < row.size(); ++k) {
+      if (row[k].element < 0) continue;
+      Face face{corners_of(m, row[k]), row[k].element, -1};
+      for (std::size_t l = k + 1; l < row.size(); ++l) {
+        if (row[l].element < 0 || row[l].sorted != row[k].sorted) continue;
+        face.b = row[l].element;
+        row[l].element = -1;
         break;
       }
       faces.push_back(face);
     }
+  }
   return faces;
 }
 

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -49,7 +50,7 @@ struct Scene {
   core::Vec3 aim{0, 0, 0};          ///< where the line of flight meets the first plate's front face [m]
   double projectile_size = 0;       ///< diameter [m]
   double element_size = 0;          ///< fine mesh of the first plate [m]
-  std::vector<core::Vec3> built;    ///< centres of all elements as built [m]; empty where unknown
+  std::span<const core::Vec3f> built; ///< centres of all elements as built [m]; empty where unknown; not owned
   core::Symmetry symmetry;          ///< the matter given is the part on the positive sides
   double time = 0;                  ///< [s]
   double peak_pressure_axis = 0, peak_pressure_axis_hugoniot = 0, peak_pressure_max = 0;  ///< recorded while running [Pa]
@@ -80,10 +81,10 @@ struct Result {
 };
 
 /// Every measurement that the scene allows. Keys and definitions: docs/measurements.md.
-Result measure(const Matter& matter, const Scene& scene);
+Result measure(Matter matter, const Scene& scene);
 
 /// The debris cloud behind the plate scene.plates[plate_index] alone, with the same keys and values as measure() would
 /// give for this matter: for the moment before the cloud's front reaches the next plate.
-Result measure_cloud(const Matter& matter, const Scene& scene, std::size_t plate_index);
+Result measure_cloud(Matter matter, const Scene& scene, std::size_t plate_index);
 
 }  // namespace measure

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The order of all measurements: each plate in turn, the clouds, what flew back, the fragments, the pressure.
 #include <cmath>
+#include <utility>
 
 #include "measure/families.hpp"
 
@@ -31,8 +32,8 @@ void add(Result& result, const std::string& key, double value, const std::string
   if (std::isfinite(value)) result.values.push_back({key, value, unit});
 }
 
-Result measure(const Matter& matter, const Scene& scene) {
-  const Whole whole = make_whole(matter, scene);
+Result measure(Matter matter, const Scene& scene) {
+  const Whole whole = make_whole(std::move(matter), scene);
   Result result;
   for (const int body : whole.plates) measure_plate(whole, scene, body, result);
   if (whole.impact_speed > 0 && !scene.plates.empty()) {
@@ -45,10 +46,10 @@ Result measure(const Matter& matter, const Scene& scene) {
   return result;
 }
 
-Result measure_cloud(const Matter& matter, const Scene& scene, std::size_t plate_index) {
+Result measure_cloud(Matter matter, const Scene& scene, std::size_t plate_index) {
   Result result;
   if (scene.impact_velocity.norm() <= 0 || plate_index >= scene.plates.size()) return result;
-  const Whole whole = make_whole(matter, scene);
+  const Whole whole = make_whole(std::move(matter), scene);
   measure_cloud_behind(whole, scene, plate_index, result);
   return result;
 }

@@ -59,8 +59,7 @@ void mirror_mesh(Matter& m, int axis) {
 
 }  // namespace
 
-Matter mirrored(const Matter& part, const core::Symmetry& symmetry) {
-  Matter m = part;
+Matter mirrored(Matter m, const core::Symmetry& symmetry) {
   for (int axis = 0; axis < 3; ++axis) {
     if (!symmetry.plane[axis]) continue;
     mirror_mesh(m, axis);

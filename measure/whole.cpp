@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace measure {
 namespace {
@@ -134,12 +135,12 @@ void find_members(const Scene& scene, Whole& whole) {
   }
 }
 
-/// The matter with the place where each row's element was built, where that is known.
-Matter with_origins(Matter m, const Scene& scene) {
+/// Fills in the place where each row's element was built, where that is known.
+void find_origins(const Scene& scene, Matter& m) {
   m.built.clear();
-  if (scene.built.empty() || m.parent.size() != m.x.size()) return m;
-  for (const std::uint32_t el : m.parent) m.built.push_back(scene.built.at(el));
-  return m;
+  if (scene.built.empty() || m.parent.size() != m.x.size()) return;
+  m.built.reserve(m.parent.size());
+  for (const std::uint32_t el : m.parent) m.built.push_back(scene.built[el].cast<double>());
 }
 
 }  // namespace
@@ -177,9 +178,10 @@ std::vector<std::int64_t> connected_pieces(const Whole& whole, std::span<const c
   return piece;
 }
 
-Whole make_whole(const Matter& part, const Scene& scene) {
+Whole make_whole(Matter part, const Scene& scene) {
   Whole whole;
-  whole.matter = mirrored(with_origins(part, scene), scene.symmetry);
+  find_origins(scene, part);
+  whole.matter = mirrored(std::move(part), scene.symmetry);
   whole.impact_speed = scene.impact_velocity.norm();
   if (whole.impact_speed > 0) whole.flight = scene.impact_velocity / whole.impact_speed;
   whole.faces = all_faces(whole.matter);

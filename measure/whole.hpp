@@ -22,7 +22,7 @@ constexpr double loose_speed = 0.05;    ///< material faster than this is debris
 constexpr double bending_speed = 100;
 
 /// The matter with its mirror images: elements of all copies first, then particles. Nodes on a symmetry plane are shared.
-Matter mirrored(const Matter& part, const core::Symmetry& symmetry);
+Matter mirrored(Matter part, const core::Symmetry& symmetry);
 
 /// A face of an element; `b` is the element on its other side, -1 where there is none. Corners go round.
 struct Face {
@@ -80,7 +80,7 @@ struct Whole {
   std::size_t size() const { return matter.x.size(); }
   bool is_element(std::size_t row) const { return row < matter.n_elements; }
 };
-Whole make_whole(const Matter& part, const Scene& scene);
+Whole make_whole(Matter part, const Scene& scene);
 
 /// Connected pieces of the rows in `mask`: piece[row] is the lowest row of its piece, -1 outside the mask. Bonds between
 /// bodies count only with `across_bodies`.

@@ -82,13 +82,15 @@ namespace {
 measure::Result cut_bar(bool failed) {
   measure::Matter m;
   measure::Scene s = scene_with_plate();
+  std::vector<core::Vec3f> built;
   const double d = 0.3 * mm;
   for (int i = 0; i < 6; ++i) {
     const double gap = i < 3 ? 0 : 4 * d;
     add_particle(m, {i * d + gap, 0, -10 * mm}, {i < 3 ? 0.0 : 300.0, 0, -5000}, d, 0);
-    s.built.push_back({i * d, 0, 5 * mm});
+    built.push_back(Vec3(i * d, 0, 5 * mm).cast<float>());
     m.parent.push_back(static_cast<std::uint32_t>(i));
   }
+  s.built = built;
   if (failed) m.damage[3] = 1;
   return measure::measure(m, s);
 }
@@ -120,12 +122,14 @@ TEST(Fragments, CutsAreNotReportedWhereTheBuiltPlacesAreUnknown) {
 TEST(Fragments, AQuarterCutsTheSameLinksAsTheWhole) {
   measure::Matter quarter;
   measure::Scene s = scene_with_plate();
+  std::vector<core::Vec3f> built;
   const double d = 0.3 * mm;
   for (int i = 0; i < 3; ++i) {  // beside the planes; the outermost flies off
     add_particle(quarter, {(i + 0.5) * d + (i == 2 ? 3 * d : 0), 0.5 * d, -10 * mm}, {i == 2 ? 400.0 : 0.0, 0, -5000}, d, 0);
-    s.built.push_back({(i + 0.5) * d, 0.5 * d, 5 * mm});
+    built.push_back(Vec3((i + 0.5) * d, 0.5 * d, 5 * mm).cast<float>());
     quarter.parent.push_back(static_cast<std::uint32_t>(i));
   }
+  s.built = built;
   s.symmetry.plane[0] = s.symmetry.plane[1] = true;
   const measure::Result r = measure::measure(quarter, s);
   ASSERT_EQ(r.fragments.size(), 3u);
