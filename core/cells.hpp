@@ -4,7 +4,6 @@
 #pragma once
 
 #include <array>
-#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -26,7 +25,11 @@ class Cells {
   }
   Cell cell(const Vec3& x) const {
     Cell c;
-    for (std::size_t d = 0; d < 3; ++d) c[d] = static_cast<std::int64_t>(std::floor(x[static_cast<int>(d)] * inverse_));
+    for (std::size_t d = 0; d < 3; ++d) {
+      const double a = x[static_cast<int>(d)] * inverse_;
+      c[d] = static_cast<std::int64_t>(a);
+      c[d] -= a < static_cast<double>(c[d]);  // floor, which is a call where the processor need not have it
+    }
     return c;
   }
   /// Number of the cell, none where it is not there.

@@ -2,6 +2,7 @@
 #include "coupling/bond.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <span>
 
@@ -24,6 +25,8 @@ class ParticlesByCell {
     std::vector<std::uint32_t> cell(rows.size());
     for (std::size_t k = 0; k < rows.size(); ++k) cell[k] = own.insert(own.cell(p.x[rows[k]]));
     index_ = sort_into_rows(cell, own.size(), start_, [&](std::size_t k) { return rows[k]; });
+    extent_.resize(own.size());
+    for (std::size_t k = 0; k < rows.size(); ++k) extent_[cell[k]].add(p.x[rows[k]], p.h[rows[k]]);
     std::vector<std::uint32_t> around;
     for (std::uint32_t c = 0; c < own.size(); ++c)
       for (std::int64_t i = -1; i <= 1; ++i)
@@ -36,15 +39,32 @@ class ParticlesByCell {
   /// Is one of those nearer than `reaches` times what its kernel and one of smoothing length h reach together?
   bool within(const Vec3& x, double h, double reaches) const {
     const auto c = cells_.find(cells_.cell(x));
-    for (auto o = occupied_start_[c]; o < occupied_start_[c + 1]; ++o)
-      for (auto n = start_[occupied_[o]]; n < start_[occupied_[o] + 1]; ++n) {
-        const double range = reaches * sph::kernel_reach * 0.5 * (h + p_.h[index_[n]]);
-        if ((p_.x[index_[n]] - x).squaredNorm() < range * range) return true;
-      }
+    const auto range_2 = [&](double h_other) {
+      const double range = reaches * sph::kernel_reach * 0.5 * (h + h_other);
+      return range * range;
+    };
+    for (auto o = occupied_start_[c]; o < occupied_start_[c + 1]; ++o) {
+      const Extent& all = extent_[occupied_[o]];
+      if (!(all.squared_distance(x) < range_2(all.h))) continue;
+      for (auto n = start_[occupied_[o]]; n < start_[occupied_[o] + 1]; ++n)
+        if ((p_.x[index_[n]] - x).squaredNorm() < range_2(p_.h[index_[n]])) return true;
+    }
     return false;
   }
 
  private:
+  /// Box around the particles of a cell, and the largest of their smoothing lengths [m].
+  struct Extent {
+    Vec3 low = Vec3::Constant(1e300), high = Vec3::Constant(-1e300);
+    double h = 0;
+    void add(const Vec3& x, double h_x) {
+      low = low.cwiseMin(x);
+      high = high.cwiseMax(x);
+      h = std::max(h, h_x);
+    }
+    double squared_distance(const Vec3& x) const { return (low - x).cwiseMax(x - high).cwiseMax(0.0).squaredNorm(); }
+  };
+
   /// value(k) in rows by key[k], in order of k.
   template <class Value>
   static std::vector<std::uint32_t> sort_into_rows(const std::vector<std::uint32_t>& key, std::size_t n_rows, std::vector<std::uint32_t>& start,
@@ -60,6 +80,42 @@ class ParticlesByCell {
   const sph::Particles& p_;
   core::Cells cells_;
   std::vector<std::uint32_t> start_, index_, occupied_start_, occupied_;
+  std::vector<Extent> extent_;
+};
+
+/// Which cubes of at least one reach touch one that holds a particle: a table without keys, to sieve the many elements that are
+/// far from all of them.
+class Surroundings {
+ public:
+  Surroundings(const sph::Particles& p, std::span<const std::uint32_t> rows, const Vec3& low, const Vec3& high, double reach) {
+    constexpr double most = 128;  // cubes along an axis
+    const double edge = std::max(reach, (high - low).maxCoeff() / most);
+    inverse_ = 1 / edge;
+    low_ = low - Vec3::Constant(1.5 * edge);  // a cube to spare on all sides
+    for (int d = 0; d < 3; ++d) n_[d] = static_cast<std::int64_t>((high[d] - low_[d]) * inverse_) + 2;
+    near_.assign(static_cast<std::size_t>(n_[0] * n_[1] * n_[2]), 0);
+    for (const auto row : rows) {
+      const Vec3 at = (p.x[row] - low_) * inverse_;
+      const auto x = static_cast<std::int64_t>(at[0]), y = static_cast<std::int64_t>(at[1]), z = static_cast<std::int64_t>(at[2]);
+      for (auto i = x - 1; i <= x + 1; ++i)
+        for (auto j = y - 1; j <= y + 1; ++j)
+          for (auto k = z - 1; k <= z + 1; ++k) near_[static_cast<std::size_t>((i * n_[1] + j) * n_[2] + k)] = 1;
+    }
+  }
+  /// False only where no particle is within one reach.
+  bool touch(const Vec3& x) const {
+    const Vec3 at = (x - low_) * inverse_;
+    for (int d = 0; d < 3; ++d)
+      if (!(at[d] >= 0 && at[d] < static_cast<double>(n_[d]))) return false;
+    const auto i = static_cast<std::int64_t>(at[0]), j = static_cast<std::int64_t>(at[1]), k = static_cast<std::int64_t>(at[2]);
+    return near_[static_cast<std::size_t>((i * n_[1] + j) * n_[2] + k)] != 0;
+  }
+
+ private:
+  Vec3 low_;
+  double inverse_ = 1;
+  std::array<std::int64_t, 3> n_{};
+  std::vector<std::uint8_t> near_;
 };
 
 /// Box around what is left of a body.
@@ -99,6 +155,7 @@ void find_elements(const fem::Mesh& mesh, const sph::Particles& p, Bond& bond) {
       last = last.cwiseMax(p.x[i]);
     }
     if (rows.empty()) continue;
+    const Surroundings around(p, rows, first, last, reach);
     const ParticlesByCell watched(p, rows, reach);
     const ParticlesByCell in_reach(p, rows, sph::foreign_reaches * 0.5 * (1 + coarsest) * range);
     const auto range_of = mesh.body_elements[b];
@@ -107,7 +164,7 @@ void find_elements(const fem::Mesh& mesh, const sph::Particles& p, Bond& bond) {
       const std::size_t el = range_of.first + k;
       if (!e.alive[el]) return;
       const Vec3 x = fem::centre(mesh, el, mesh.nodes.x);
-      if ((x.array() < first.array() - reach).any() || (x.array() > last.array() + reach).any() || !watched.touch(x)) return;
+      if (!around.touch(x) || !watched.touch(x)) return;
       near[k] = 1;
       if (!in_reach.touch(x)) return;
       const double h = std::min(sph::h_over_spacing * std::cbrt(e.pt.m[el] / e.pt.rho[el]) / bond.per_edge, coarsest * h_max);
