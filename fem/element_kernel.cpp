@@ -36,6 +36,21 @@ static void load_point(const core::Points& pt, std::size_t el, material::Point<R
   r.damage = core::load<Real>(&pt.damage[el]);
 }
 
+/// Lanes that are not alive get back what is stored (all but the energy, which they kept).
+static void keep_dead(const core::Points& pt, std::size_t el, Lanes alive, material::Point<Real>& r) {
+  if (!core::any(!alive)) return;
+  material::Point<Real> old;
+  load_point(pt, el, old);
+  const auto keep = [&](Real& now, Real was) { now = core::select(alive, now, was); };
+  keep(r.rho, old.rho);
+  keep(r.p, old.p);
+  keep(r.c, old.c);
+  keep(r.temperature, old.temperature);
+  for (std::size_t k = 0; k < 6; ++k) keep(r.s[k], old.s[k]);
+  keep(r.eps_p, old.eps_p);
+  keep(r.damage, old.damage);
+}
+
 static void store_point(core::Points& pt, std::size_t el, const material::Point<Real>& r) {
   core::store(&pt.rho[el], r.rho);
   core::store(&pt.e[el], r.e);
@@ -154,7 +169,6 @@ static double update_pack(const Context& k, std::size_t el) {
       {l[0][0] * dt, l[1][1] * dt, l[2][2] * dt, (l[0][1] + l[1][0]) * half, (l[1][2] + l[2][1]) * half,
        (l[2][0] + l[0][2]) * half},
       {(l[2][1] - l[1][2]) * half, (l[0][2] - l[2][0]) * half, (l[1][0] - l[0][1]) * half}};
-  const material::Point<Real> old = pt;
   const Real q_old = core::load<Real>(&e.pt.q[el]);
   material::update(k.material, k.times.drift, rho, inc, q_old, pt);
 
@@ -189,13 +203,7 @@ static double update_pack(const Context& k, std::size_t el) {
     for (int d = 0; d < 3; ++d) core::store(force + (i * 3 + d) * block_size, core::select(alive, f[i][d], Real(0.0)));
   core::store(&e.dt[el], core::select(alive, dt_stable, Real(1e300)));
   core::store(&e.pt.q[el], core::select(alive, q, Real(0.0)));
-  pt.rho = core::select(alive, pt.rho, old.rho);
-  pt.p = core::select(alive, pt.p, old.p);
-  pt.c = core::select(alive, pt.c, old.c);
-  pt.temperature = core::select(alive, pt.temperature, old.temperature);
-  for (int c = 0; c < 6; ++c) pt.s[c] = core::select(alive, pt.s[c], old.s[c]);
-  pt.eps_p = core::select(alive, pt.eps_p, old.eps_p);
-  pt.damage = core::select(alive, pt.damage, old.damage);
+  keep_dead(e.pt, el, alive, pt);
   store_point(e.pt, el, pt);
 
   const Real work = core::select(alive, power * dt, Real(0.0));
