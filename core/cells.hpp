@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Cubes of one edge that hold something, numbered in the order in which they are first met: a hash table with open
-// addressing and linear probing. Costs memory for what is there only, however far apart it lies.
+// addressing and linear probing. Costs memory for what is there only, however far apart it lies. Where many are looked for
+// and no more come, a table of the box around them spares the hashing, unless that box is mostly empty.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <vector>
@@ -22,6 +24,7 @@ class Cells {
     inverse_ = 1 / edge;
     cells_.clear();
     slots_.assign(64, none);
+    table_.clear();
   }
   Cell cell(const Vec3& x) const {
     Cell c;
@@ -33,9 +36,18 @@ class Cells {
     return c;
   }
   /// Number of the cell, none where it is not there.
-  std::uint32_t find(const Cell& c) const { return slots_[slot(c)]; }
+  std::uint32_t find(const Cell& c) const {
+    if (table_.empty()) return slots_[slot(c)];
+    std::uint64_t at[3];
+    for (std::size_t d = 0; d < 3; ++d) {
+      at[d] = static_cast<std::uint64_t>(c[d] - low_[d]);
+      if (at[d] >= n_[d]) return none;
+    }
+    return table_[(at[0] * n_[1] + at[1]) * n_[2] + at[2]];
+  }
   /// Number of the cell, a new one where it was not there.
   std::uint32_t insert(const Cell& c) {
+    table_.clear();
     std::size_t s = slot(c);
     if (slots_[s] != none) return slots_[s];
     if (2 * (cells_.size() + 1) > slots_.size()) {
@@ -44,6 +56,24 @@ class Cells {
     }
     cells_.push_back(c);
     return slots_[s] = static_cast<std::uint32_t>(cells_.size() - 1);
+  }
+  /// Finds are quick from here on, until the next insert.
+  void tabulate() {
+    constexpr double emptiest = 64;  // cubes of the box for each that is there
+    if (cells_.empty()) return;
+    Cell high = low_ = cells_[0];
+    for (const Cell& c : cells_)
+      for (std::size_t d = 0; d < 3; ++d) low_[d] = std::min(low_[d], c[d]), high[d] = std::max(high[d], c[d]);
+    double volume = 1;
+    for (std::size_t d = 0; d < 3; ++d) volume *= static_cast<double>(high[d] - low_[d]) + 1;
+    if (volume > emptiest * static_cast<double>(cells_.size())) return;
+    for (std::size_t d = 0; d < 3; ++d) n_[d] = static_cast<std::uint64_t>(high[d] - low_[d]) + 1;
+    table_.assign(n_[0] * n_[1] * n_[2], none);
+    for (std::size_t k = 0; k < cells_.size(); ++k) {
+      const Cell& c = cells_[k];
+      const auto at = [&](std::size_t d) { return static_cast<std::uint64_t>(c[d] - low_[d]); };
+      table_[(at(0) * n_[1] + at(1)) * n_[2] + at(2)] = static_cast<std::uint32_t>(k);
+    }
   }
   std::size_t size() const { return cells_.size(); }
   const Cell& operator[](std::size_t k) const { return cells_[k]; }
@@ -70,6 +100,9 @@ class Cells {
   double inverse_ = 1;
   std::vector<Cell> cells_;
   std::vector<std::uint32_t> slots_ = std::vector<std::uint32_t>(64, none);
+  std::vector<std::uint32_t> table_;  ///< [cube of the box from low_] its number; empty where there is no table
+  Cell low_{};
+  std::array<std::uint64_t, 3> n_{};
 };
 
 }  // namespace core

@@ -2,7 +2,6 @@
 #include "coupling/bond.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <span>
 
@@ -33,6 +32,7 @@ class ParticlesByCell {
         for (std::int64_t j = -1; j <= 1; ++j)
           for (std::int64_t k = -1; k <= 1; ++k) around.push_back(cells_.insert({own[c][0] + i, own[c][1] + j, own[c][2] + k}));
     occupied_ = sort_into_rows(around, cells_.size(), occupied_start_, [](std::size_t k) { return static_cast<std::uint32_t>(k / 27); });
+    cells_.tabulate();
   }
   /// Is there one in the cell of x or in one that touches it?
   bool touch(const Vec3& x) const { return cells_.find(cells_.cell(x)) != core::Cells::none; }
@@ -83,41 +83,6 @@ class ParticlesByCell {
   std::vector<Extent> extent_;
 };
 
-/// Which cubes of at least one reach touch one that holds a particle: a table without keys, to sieve the many elements that are
-/// far from all of them.
-class Surroundings {
- public:
-  Surroundings(const sph::Particles& p, std::span<const std::uint32_t> rows, const Vec3& low, const Vec3& high, double reach) {
-    constexpr double most = 128;  // cubes along an axis
-    const double edge = std::max(reach, (high - low).maxCoeff() / most);
-    inverse_ = 1 / edge;
-    low_ = low - Vec3::Constant(1.5 * edge);  // a cube to spare on all sides
-    for (int d = 0; d < 3; ++d) n_[d] = static_cast<std::int64_t>((high[d] - low_[d]) * inverse_) + 2;
-    near_.assign(static_cast<std::size_t>(n_[0] * n_[1] * n_[2]), 0);
-    for (const auto row : rows) {
-      const Vec3 at = (p.x[row] - low_) * inverse_;
-      const auto x = static_cast<std::int64_t>(at[0]), y = static_cast<std::int64_t>(at[1]), z = static_cast<std::int64_t>(at[2]);
-      for (auto i = x - 1; i <= x + 1; ++i)
-        for (auto j = y - 1; j <= y + 1; ++j)
-          for (auto k = z - 1; k <= z + 1; ++k) near_[static_cast<std::size_t>((i * n_[1] + j) * n_[2] + k)] = 1;
-    }
-  }
-  /// False only where no particle is within one reach.
-  bool touch(const Vec3& x) const {
-    const Vec3 at = (x - low_) * inverse_;
-    for (int d = 0; d < 3; ++d)
-      if (!(at[d] >= 0 && at[d] < static_cast<double>(n_[d]))) return false;
-    const auto i = static_cast<std::int64_t>(at[0]), j = static_cast<std::int64_t>(at[1]), k = static_cast<std::int64_t>(at[2]);
-    return near_[static_cast<std::size_t>((i * n_[1] + j) * n_[2] + k)] != 0;
-  }
-
- private:
-  Vec3 low_;
-  double inverse_ = 1;
-  std::array<std::int64_t, 3> n_{};
-  std::vector<std::uint8_t> near_;
-};
-
 /// Box around what is left of a body.
 static void box_of(const fem::Mesh& mesh, std::size_t body, Vec3& low, Vec3& high) {
   low = mesh.body_low[body], high = mesh.body_high[body];
@@ -146,16 +111,10 @@ void find_elements(const fem::Mesh& mesh, const sph::Particles& p, Bond& bond) {
   for (std::size_t b = 0; b < mesh.body_elements.size(); ++b) {
     Vec3 low, high;
     box_of(mesh, b, low, high);
-    Vec3 first = Vec3::Constant(1e300), last = -first;  // of particles that can be near an element of the body
-    rows.clear();
-    for (std::uint32_t i = 0; i < p.size(); ++i) {
-      if ((p.x[i].array() < low.array() - reach).any() || (p.x[i].array() > high.array() + reach).any()) continue;
-      rows.push_back(i);
-      first = first.cwiseMin(p.x[i]);
-      last = last.cwiseMax(p.x[i]);
-    }
+    rows.clear();  // particles that can be near an element of the body
+    for (std::uint32_t i = 0; i < p.size(); ++i)
+      if ((p.x[i].array() >= low.array() - reach).all() && (p.x[i].array() <= high.array() + reach).all()) rows.push_back(i);
     if (rows.empty()) continue;
-    const Surroundings around(p, rows, first, last, reach);
     const ParticlesByCell watched(p, rows, reach);
     const ParticlesByCell in_reach(p, rows, sph::foreign_reaches * 0.5 * (1 + coarsest) * range);
     const auto range_of = mesh.body_elements[b];
@@ -164,7 +123,7 @@ void find_elements(const fem::Mesh& mesh, const sph::Particles& p, Bond& bond) {
       const std::size_t el = range_of.first + k;
       if (!e.alive[el]) return;
       const Vec3 x = fem::centre(mesh, el, mesh.nodes.x);
-      if (!around.touch(x) || !watched.touch(x)) return;
+      if (!watched.touch(x)) return;
       near[k] = 1;
       if (!in_reach.touch(x)) return;
       const double h = std::min(sph::h_over_spacing * std::cbrt(e.pt.m[el] / e.pt.rho[el]) / bond.per_edge, coarsest * h_max);

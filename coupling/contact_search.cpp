@@ -137,6 +137,7 @@ static void bin_all(ContactLists& l) {
     l.bins[b].points.push_back(k);
     if (!l.points[k].particle) l.node_bin[l.points[k].index] = b;
   }
+  l.cells.tabulate();
   constexpr std::size_t block = 256;
   std::vector<std::vector<std::pair<std::uint32_t, std::uint32_t>>> known((l.faces.size() + block - 1) / block);  // bin, face
   core::for_each_block(l.faces.size(), block, [&](std::size_t first, std::size_t last) {
