@@ -143,7 +143,7 @@ void write_summary(const std::string& dir, const Simulation& s, const measure::R
 bool summary_is_complete(const std::string& dir) {
   std::ifstream f(dir + "/summary.json");
   const Json j = Json::parse(f, nullptr, false);
-  return j.is_object() && j.value("completed", false);
+  return j.is_object() && j.value("completed", Json()) == true;
 }
 
 void rewrite_measurements(const std::string& dir, const io::Case& spec, const measure::Result& result) {
