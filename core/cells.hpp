@@ -38,12 +38,9 @@ class Cells {
   /// Number of the cell, none where it is not there.
   std::uint32_t find(const Cell& c) const {
     if (table_.empty()) return slots_[slot(c)];
-    std::uint64_t at[3];
-    for (std::size_t d = 0; d < 3; ++d) {
-      at[d] = static_cast<std::uint64_t>(c[d] - low_[d]);
-      if (at[d] >= n_[d]) return none;
-    }
-    return table_[(at[0] * n_[1] + at[1]) * n_[2] + at[2]];
+    for (std::size_t d = 0; d < 3; ++d)
+      if (from_low(c, d) >= n_[d]) return none;
+    return table_[row(c)];
   }
   /// Number of the cell, a new one where it was not there.
   std::uint32_t insert(const Cell& c) {
@@ -69,16 +66,16 @@ class Cells {
     if (volume > emptiest * static_cast<double>(cells_.size())) return;
     for (std::size_t d = 0; d < 3; ++d) n_[d] = static_cast<std::uint64_t>(high[d] - low_[d]) + 1;
     table_.assign(n_[0] * n_[1] * n_[2], none);
-    for (std::size_t k = 0; k < cells_.size(); ++k) {
-      const Cell& c = cells_[k];
-      const auto at = [&](std::size_t d) { return static_cast<std::uint64_t>(c[d] - low_[d]); };
-      table_[(at(0) * n_[1] + at(1)) * n_[2] + at(2)] = static_cast<std::uint32_t>(k);
-    }
+    for (std::size_t k = 0; k < cells_.size(); ++k) table_[row(cells_[k])] = static_cast<std::uint32_t>(k);
   }
   std::size_t size() const { return cells_.size(); }
   const Cell& operator[](std::size_t k) const { return cells_[k]; }
 
  private:
+  /// Cubes from the low side of the table's box; huge below it.
+  std::uint64_t from_low(const Cell& c, std::size_t d) const { return static_cast<std::uint64_t>(c[d] - low_[d]); }
+  /// Where in the table a cell of its box stands.
+  std::size_t row(const Cell& c) const { return (from_low(c, 0) * n_[1] + from_low(c, 1)) * n_[2] + from_low(c, 2); }
   /// Where the cell stands or would stand.
   std::size_t slot(const Cell& c) const {
     std::uint64_t h = 0;
