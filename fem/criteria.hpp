@@ -20,7 +20,7 @@ struct Criteria {
   double timestep_ratio = 0.1;   ///< stable step over the first one [-]
   double damage = 1.0;           ///< [-]
   double expansion = 0.0;        ///< always: density over the reference density below which matter is no longer solid [-]
-  double left_over = 0;          ///< stable step over the first one below which an element goes that hangs on to little and is pressed no more [-]
+  double left_over = 0;          ///< stable step over the first one below which an element may be a left-over that holds the step of all [-]
   double collapse = 0.06;        ///< always: stable step over the first one below which an element is about to invert [-]
 };
 

@@ -24,18 +24,22 @@ static Lanes in_shock(const core::Points& pt, std::size_t el) {
   return (at(pt.q, el) > Real(0.0)) & (at(pt.p, el) > Real(of_modulus) * at(pt.rho, el) * c * c);
 }
 
-/// Is it pressed no more, and does it hang on to little? Then nothing will give it back the step that it has lost.
+/// Has it lost its step for good? It is pressed no more, and either hangs on to little or stands beside elements that have gone
+/// and has lost half of the step. It would hold the step of the whole run.
 static bool left_over(const Mesh& mesh, std::size_t el) {
-  constexpr double of_modulus = 0.002;
+  constexpr double hanging = 0.002, standing = 0.01;  // pressures, of the modulus: none, and such at which matter flows
   constexpr int most_corners = 20;  // of alive elements, at its nodes: 64 inside a body, 48 on a face, 36 on an edge, 8 alone
-  const core::Points& pt = mesh.elements.pt;
-  if (std::abs(pt.p[el]) + pt.q[el] > of_modulus * pt.rho[el] * pt.c[el] * pt.c[el]) return false;
-  int corners = 0;
-  for (const auto node : mesh.elements.node[el]) {
+  constexpr double half = 0.5;
+  const Elements& e = mesh.elements;
+  const core::Points& pt = e.pt;
+  const double modulus = pt.rho[el] * pt.c[el] * pt.c[el], pressure = std::abs(pt.p[el]) + pt.q[el];
+  if (pressure > standing * modulus) return false;
+  int alive = 0, all = 0;
+  for (const auto node : e.node[el]) {
     const auto nd = static_cast<std::size_t>(node);
-    for (auto k = mesh.corner_start[nd]; k < mesh.corner_start[nd + 1]; ++k) corners += mesh.elements.alive[mesh.corners[k] / 8];
+    for (auto k = mesh.corner_start[nd]; k < mesh.corner_start[nd + 1]; ++k, ++all) alive += e.alive[mesh.corners[k] / 8];
   }
-  return corners <= most_corners;
+  return (alive <= most_corners && pressure <= hanging * modulus) || (alive < all && e.dt[el] < half * e.dt_0[el]);
 }
 
 /// What the criteria say of quantities that an element carries.
