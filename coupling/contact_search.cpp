@@ -121,7 +121,7 @@ static void choose_reach(const fem::Mesh& mesh, const sph::Particles& particles,
                                     const auto& p = l.points[k];
                                     return -(p.particle ? particles.v : mesh.nodes.v)[p.index].squaredNorm();
                                   }).value);
-  constexpr double steps = 9;  // two that meet head on at full speed
+  constexpr double steps = 6;  // two that meet head on at full speed
   l.reach = std::max(std::sqrt(*small), steps * speed * dt);
   l.far = far_reaches * l.reach;
   l.apart = apart_reaches * l.reach;
