@@ -166,7 +166,6 @@ void find_seam(const fem::Mesh& mesh, Bond& bond) {
   bond.seam_node.clear();
   std::vector<std::uint32_t> around;
   std::vector<std::int32_t> found;
-  std::vector<std::uint32_t> found_by(mesh.nodes.size(), 0);  // the last element that found the node, from 1 on
   for (const std::uint32_t el : bond.elements) {
     found.clear();
     if (bond.ring[el] == 1) {
@@ -182,11 +181,9 @@ void find_seam(const fem::Mesh& mesh, Bond& bond) {
       }
       for (const auto other : around)
         for (const auto nd : e.node[other])
-          if (auto& by = found_by[static_cast<std::size_t>(nd)]; seam(nd) && by != el + 1) {
-            by = el + 1;
-            found.push_back(nd);
-          }
+          if (seam(nd)) found.push_back(nd);
       std::sort(found.begin(), found.end());
+      found.erase(std::unique(found.begin(), found.end()), found.end());
     }
     bond.seam_node.insert(bond.seam_node.end(), found.begin(), found.end());
     bond.seam_start.push_back(static_cast<std::uint32_t>(bond.seam_node.size()));

@@ -13,33 +13,35 @@ namespace fem::EJECTA_ISA {
 /// this total deformation neither ratio nor angle can have come near a useful limit.
 constexpr double smallest_deformation = 0.02;
 
+/// Matter flows under a pressure of this part of its modulus.
+constexpr double flow_pressure = 0.01;
+
 static Real at(const std::vector<double>& a, std::size_t el) { return core::load<Real>(&a[el]); }
 
 /// Is it being compressed to pressures where matter flows? Then a shock is passing or a jet forms; its corners part again
 /// soon after. Converted at that moment, it gives its particles a velocity that is nobody's, turns the rest into heat, and
 /// a lone particle between two surfaces is squeezed to twice the pressure that the element would have reached.
 static Lanes in_shock(const core::Points& pt, std::size_t el) {
-  constexpr double of_modulus = 0.01;
   const Real c = at(pt.c, el);
-  return (at(pt.q, el) > Real(0.0)) & (at(pt.p, el) > Real(of_modulus) * at(pt.rho, el) * c * c);
+  return (at(pt.q, el) > Real(0.0)) & (at(pt.p, el) > Real(flow_pressure) * at(pt.rho, el) * c * c);
 }
 
 /// Has it lost its step for good? It is pressed no more, and either hangs on to little or stands beside elements that have gone
 /// and has lost half of the step. It would hold the step of the whole run.
 static bool left_over(const Mesh& mesh, std::size_t el) {
-  constexpr double hanging = 0.002, standing = 0.01;  // pressures, of the modulus: none, and such at which matter flows
+  constexpr double no_pressure = 0.002;  // of the modulus
   constexpr int most_corners = 20;  // of alive elements, at its nodes: 64 inside a body, 48 on a face, 36 on an edge, 8 alone
   constexpr double half = 0.5;
   const Elements& e = mesh.elements;
   const core::Points& pt = e.pt;
   const double modulus = pt.rho[el] * pt.c[el] * pt.c[el], pressure = std::abs(pt.p[el]) + pt.q[el];
-  if (pressure > standing * modulus) return false;
+  if (pressure > flow_pressure * modulus) return false;
   int alive = 0, all = 0;
   for (const auto node : e.node[el]) {
     const auto nd = static_cast<std::size_t>(node);
     for (auto k = mesh.corner_start[nd]; k < mesh.corner_start[nd + 1]; ++k, ++all) alive += e.alive[mesh.corners[k] / 8];
   }
-  return (alive <= most_corners && pressure <= hanging * modulus) || (alive < all && e.dt[el] < half * e.dt_0[el]);
+  return (alive <= most_corners && pressure <= no_pressure * modulus) || (alive < all && e.dt[el] < half * e.dt_0[el]);
 }
 
 /// What the criteria say of quantities that an element carries.
