@@ -92,14 +92,18 @@ void artificial_stress(const T* sigma, double epsilon, T* push) {
   }
 }
 
-/// Share of the speed of sound that the sums over a row answer with, for its stable step. What bears shear is stable to one
-/// and a half times the step of a gas (bars, rings); gases behind a shock lose density from that on (Noh). A row without the
-/// correction answers in proportion to what stands round it, of which the trace of the moment is the measure: 3 inside.
+/// Share of the speed of sound that the sums over a row answer with, for its stable step. Condensed matter is stable to one and
+/// a half times the step of a gas (bars, rings, drops), be it solid, liquid or powder; gases behind a shock lose density from that
+/// on (Noh). `loaded`, the pressure over rho c^2, tells them apart: above 0.5 in a gas, 0.2 behind the strongest shocks in metals,
+/// next to nothing in metals at rest. A row without the correction answers in proportion to what stands round it, of which the
+/// trace of the moment is the measure: 3 inside.
 template <class T>
-T acoustic_share(const T* m, T corrected, T bears) {
+T acoustic_share(const T* m, T corrected, T bears, T loaded) {
   using core::select;
+  constexpr double condensed = 0.65, as_gas = 0.05;
+  const T fluid = T(condensed) + T(1 - condensed) * core::min(core::max(loaded, T(0.0)) * T(1 / as_gas), T(1.0));
   const T around = core::min(core::max(m[0] + m[1] + m[2], T(0.25)), T(1.0));
-  return select(bears > T(0.0), T(0.65), select(corrected > T(0.0), T(1.0), around));
+  return select(bears > T(0.0), T(condensed), select(corrected > T(0.0), fluid, fluid * around));
 }
 
 /// W lanes of one array from row i on; `n` rows are there, the last stands in for those that are missing.
@@ -125,7 +129,8 @@ void correct_rows(const core::Points& pt, double epsilon, std::size_t first, std
     Real bears(0.0);  // shear: neither fluid nor powder
     for (std::size_t k = 0; k < 6; ++k) bears = core::max(bears, core::abs(load(pt.s[k], i, n)));
     const auto firm = (corrected >= Real(1.0)) & (bears > Real(0.0));
-    const Real share = acoustic_share(m, corrected, bears);
+    const Real sound = load(pt.c, i, n), modulus = load(pt.rho, i, n) * sound * sound;
+    const Real share = acoustic_share(m, corrected, bears, p / core::max(modulus, Real(1e-300)));
     // no principal stress exceeds the greatest of Gershgorin's bounds
     const Real xy = core::abs(sigma[3]), yz = core::abs(sigma[4]), zx = core::abs(sigma[5]);
     const Real bound = core::max(core::max(sigma[0] + xy + zx, sigma[1] + xy + yz), sigma[2] + yz + zx);

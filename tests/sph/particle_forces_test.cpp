@@ -237,7 +237,7 @@ TEST(PairSums, ParticleThatPassesASymmetryPlaneChangesPlacesWithItsImage) {
   }
 }
 
-TEST(StableStep, CountsWhatStandsRoundAndWhetherItBearsShear) {
+TEST(StableStep, CountsWhatStandsRoundAndWhetherItIsAGas) {
   // h / 3 / (1.6 c) at rest (Monaghan 1992, section 10, with alpha = 1), c times the acoustic share
   Cloud c(6, 0);
   for (auto& v : c.p.v) v.setZero();
@@ -248,17 +248,27 @@ TEST(StableStep, CountsWhatStandsRoundAndWhetherItBearsShear) {
   };
   const auto inside = static_cast<std::size_t>(std::find(c.lattice.begin(), c.lattice.end(), std::array<int, 3>{3, 3, 3}) - c.lattice.begin());
   EXPECT_NEAR(share(c, inside), 0.65, 1e-6);
-  for (auto& s : c.p.pt.s) std::fill(s.begin(), s.end(), 0.0);
+  const auto load = [](Cloud& cloud, double part) {  // of rho c^2
+    for (auto& s : cloud.p.pt.s) std::fill(s.begin(), s.end(), 0.0);
+    for (std::size_t i = 0; i < cloud.p.size(); ++i) cloud.p.pt.p[i] = part * cloud.p.pt.rho[i] * cloud.p.pt.c[i] * cloud.p.pt.c[i];
+  };
+  load(c, 1 / 1.4);
   EXPECT_NEAR(share(c, inside), 1, 1e-6) << "gas";
+  load(c, 0.025);
+  EXPECT_NEAR(share(c, inside), 0.825, 1e-6) << "half way";
+  load(c, 0);
+  EXPECT_NEAR(share(c, inside), 0.65, 1e-6) << "liquid";
+  load(c, -0.1);
+  EXPECT_NEAR(share(c, inside), 0.65, 1e-6) << "liquid in tension";
 
   // Gas without the correction: four in a square, the trace of whose moments is that of V |dW/dr| r; a pair, down to a quarter.
-  const auto few = [&](const std::function<bool(const Vec3&)>& keep, double stretch) {
+  const auto few = [&](const std::function<bool(const Vec3&)>& keep, double stretch, double loaded = 1 / 1.4) {
     Cloud some(2, 0, keep);
-    for (auto& s : some.p.pt.s) std::fill(s.begin(), s.end(), 0.0);
     for (std::size_t i = 0; i < some.p.size(); ++i) {
       some.p.v[i].setZero(), some.p.x[i] *= stretch;
       some.p.pt.rho[i] = rho_0, sph::set_smoothing_length(some.p, i);
     }
+    load(some, loaded);
     return share(some, 0);
   };
   const auto square = [](const Vec3& x) { return x[2] < spacing; };
@@ -266,6 +276,7 @@ TEST(StableStep, CountsWhatStandsRoundAndWhetherItBearsShear) {
   const auto part = [](double r) { return -spacing * spacing * spacing * sph::kernel_slope(r, sph::h_over_spacing * spacing) * r * r; };
   EXPECT_NEAR(few(square, 1), 2 * part(spacing) + part(std::sqrt(2) * spacing), 1e-5);
   EXPECT_NEAR(few(pair, 1), 0.25, 1e-6);
+  EXPECT_NEAR(few(pair, 1, 0), 0.65 * 0.25, 1e-6) << "liquid";
   EXPECT_LT(few(pair, 2.5), 1e-12) << "free flight holds no step";
 }
 

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Gas dynamics and a plane shock in SPH: columns of particles between mirrors.
+#include <random>
+
 #include "tests/verification/column.hpp"
 #include "tests/verification/riemann.hpp"
 
@@ -59,6 +61,26 @@ TEST(SodInSph, ProfileAndOrder) { expect_profile_and_order(1.5); }
 
 // A cubic lattice, drawn out along one axis that far, falls into disorder.
 TEST(SodInSph, DrawnCubicLattice) { expect_profile_and_order(1); }
+
+// A liquid holds a longer step than a gas: noise of every wavelength must die down all the same.
+TEST(LiquidInSph, NoiseDiesDownAtTheStableStep) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> u(-1, 1);
+  Column c(12, 0, 0.012, 4, mie_grueneisen(2785, 5328, 1.338, 2.0), [&](const Vec3&) { return Vec3(u(random), u(random), u(random)); });
+  auto& s = *c.rig.s;
+  c.mirror_at(0, 1);
+  c.mirror_at(0.012, -1);
+  c.rig.begin();
+  const double initial = s.ledger.initial.kinetic;
+  double last = initial;
+  for (int k = 0; k < 10; ++k) {
+    for (int n = 0; n < 60; ++n) app::choose_step(s, 1), app::step(s);
+    EXPECT_LT(s.ledger.now.kinetic, 1.01 * last) << "after " << s.steps << " steps";
+    last = s.ledger.now.kinetic;
+  }
+  note("kinetic energy left", last / initial);
+  EXPECT_LT(last, 0.2 * initial);
+}
 
 struct Noh {
   double l1, rho, p;
