@@ -79,9 +79,6 @@ void Octree::build(std::span<const Vec3> x) {
     for (int d = 0; d < 3; ++d) x_[d][k] = p[d];
   });
   in_order_ = sum(n, std::uint32_t{0}, [&](std::size_t k) { return std::uint32_t{order_[k] != k}; }) == 0;
-  jumps_ = sum(std::max<std::size_t>(n, 1) - 1, std::uint32_t{0}, [&](std::size_t i) {
-    return std::uint32_t{rank_[i + 1] - rank_[i] + far_on_curve > 2 * far_on_curve};  // forwards or back, modulo 2^32
-  });
   cut_leaves();
   box_nodes();
 }
@@ -227,6 +224,19 @@ void Octree::find_rows(const RowQuery& query, std::vector<std::uint64_t>& start,
   list.resize(start[n_]);
 }
 
+/// Do at most half of the wanted rows, by index, jump along the curve from the one before?
+bool Octree::rows_near_curve(std::span<const std::uint8_t> wanted) const {
+  std::size_t n_rows = 0, n_jumps = 0;
+  std::uint32_t last = n_ > 0 ? rank_[0] : 0;
+  for (std::size_t i = 0; i < n_; ++i) {
+    if (!wanted.empty() && !wanted[i]) continue;
+    ++n_rows;
+    n_jumps += rank_[i] - last + far_on_curve > 2 * far_on_curve;  // forwards or back, modulo 2^32
+    last = rank_[i];
+  }
+  return 2 * n_jumps <= n_rows;
+}
+
 void Octree::find(std::span<const double> radius, bool symmetric, RowOrder rows, std::span<const std::uint8_t> wanted,
                   Neighbours& result) const {
   const std::size_t n = n_;
@@ -242,7 +252,7 @@ void Octree::find(std::span<const double> radius, bool symmetric, RowOrder rows,
 
   if (rows == RowOrder::along_curve) return find_rows(query, result.start, result.list);
   // Where the points are stored nearly along the curve, rows are found by index and are in their place at once.
-  if (2 * jumps_ <= n) {
+  if (rows_near_curve(wanted)) {
     query.along_curve = false, query.sorted = true;
     return find_rows(query, result.start, result.list);
   }

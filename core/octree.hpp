@@ -66,6 +66,7 @@ class Octree {
  private:
   enum class RowOrder { by_index, along_curve };
   void find(std::span<const double> radius, bool symmetric, RowOrder rows, std::span<const std::uint8_t> wanted, Neighbours& result) const;
+  bool rows_near_curve(std::span<const std::uint8_t> wanted) const;
   void find_rows(const RowQuery& query, std::vector<std::uint64_t>& start, std::vector<std::uint32_t>& list) const;
   OctreeView view() const;
   void cut_leaves();
@@ -77,7 +78,6 @@ class Octree {
   std::size_t n_ = 0;
   std::vector<std::uint32_t> order_, rank_;  // rank_ is the inverse of order_, which is padded like x_
   bool in_order_ = true;                     // order_ is the identity
-  std::size_t jumps_ = 0;                    // how many successive points are far apart on the curve
   std::array<std::vector<double>, 3> x_;     // coordinates along the curve, padded to whole vector registers
   std::vector<std::uint32_t> leaf_;          // first point of each leaf, and n at the end
   std::vector<std::size_t> level_;           // first node of each level, leaves first; multiples of 8
