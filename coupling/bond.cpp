@@ -135,9 +135,9 @@ void find_elements(const fem::Mesh& mesh, const sph::Particles& p, Bond& bond) {
   update_centres(mesh, bond);
 }
 
-/// How far elements and nodes are from where elements were converted, by topology.
-static void follow_seam(const fem::Mesh& mesh, Bond& bond) {
-  if (bond.seam_removed == mesh.n_removed && !bond.ring.empty()) return;
+/// How far elements and nodes are from where elements were converted, by topology. False where that is as it was.
+static bool follow_seam(const fem::Mesh& mesh, Bond& bond) {
+  if (bond.seam_removed == mesh.n_removed && !bond.ring.empty()) return false;
   bond.seam_removed = mesh.n_removed;
   const auto& e = mesh.elements;
   bond.on_seam.assign(mesh.nodes.size(), 0);
@@ -156,38 +156,47 @@ static void follow_seam(const fem::Mesh& mesh, Bond& bond) {
   for (std::size_t el = 0; el < e.size(); ++el)
     if (bond.ring[el] == 1)
       for (const auto nd : e.node[el]) mark_around(static_cast<std::size_t>(nd), 2);
+  return true;
+}
+
+/// The row of one element, appended to `to`.
+static void add_seam_of(const fem::Mesh& mesh, Bond& bond, std::uint32_t el, std::vector<std::uint32_t>& to) {
+  constexpr std::uint8_t taken = 0x80;  // marks what is in the row, or has been looked at, while it is made
+  const auto& e = mesh.elements;
+  const auto begin = static_cast<std::ptrdiff_t>(to.size());
+  const auto take_corners = [&](std::size_t of) {
+    for (const auto node : e.node[of])
+      if (auto& mark = bond.on_seam[static_cast<std::size_t>(node)]; mark == 1) mark |= taken, to.push_back(static_cast<std::uint32_t>(node));
+  };
+  if (bond.ring[el] == 1) {
+    take_corners(el);
+  } else if (bond.ring[el] == 2) {
+    std::vector<std::uint32_t> around;
+    for (const auto node : e.node[el]) {
+      const auto nd = static_cast<std::size_t>(node);
+      for (auto k = mesh.corner_start[nd]; k < mesh.corner_start[nd + 1]; ++k)
+        if (const auto other = mesh.corners[k] / 8; bond.ring[other] == 1) bond.ring[other] |= taken, around.push_back(other);
+    }
+    for (const auto other : around) bond.ring[other] = 1, take_corners(other);
+    std::sort(to.begin() + begin, to.end());
+  }
+  for (auto nd = to.begin() + begin; nd != to.end(); ++nd) bond.on_seam[*nd] = 1;
 }
 
 void find_seam(const fem::Mesh& mesh, Bond& bond) {
-  follow_seam(mesh, bond);
-  const auto& e = mesh.elements;
-  const auto seam = [&](std::int32_t nd) { return bond.on_seam[static_cast<std::size_t>(nd)] != 0; };
-  bond.seam_start.assign(1, 0);
-  bond.seam_node.clear();
-  std::vector<std::uint32_t> around;
-  std::vector<std::int32_t> found;
+  const bool moved = follow_seam(mesh, bond);
+  std::vector<std::uint32_t> of, start{0}, node;
+  of.swap(bond.seam_of), start.swap(bond.seam_start), node.swap(bond.seam_node);  // the old rows, and new ones
+  std::size_t old = 0;
   for (const std::uint32_t el : bond.elements) {
-    found.clear();
-    if (bond.ring[el] == 1) {
-      for (const auto nd : e.node[el])
-        if (seam(nd)) found.push_back(nd);
-    } else if (bond.ring[el] == 2) {
-      around.clear();
-      for (const auto node : e.node[el]) {
-        const auto nd = static_cast<std::size_t>(node);
-        for (auto k = mesh.corner_start[nd]; k < mesh.corner_start[nd + 1]; ++k)
-          if (const auto other = mesh.corners[k] / 8; bond.ring[other] == 1 && std::find(around.begin(), around.end(), other) == around.end())
-            around.push_back(other);
-      }
-      for (const auto other : around)
-        for (const auto nd : e.node[other])
-          if (seam(nd)) found.push_back(nd);
-      std::sort(found.begin(), found.end());
-      found.erase(std::unique(found.begin(), found.end()), found.end());
-    }
-    bond.seam_node.insert(bond.seam_node.end(), found.begin(), found.end());
+    while (!moved && old < of.size() && of[old] < el) ++old;
+    if (!moved && old < of.size() && of[old] == el)
+      bond.seam_node.insert(bond.seam_node.end(), node.begin() + start[old], node.begin() + start[old + 1]);
+    else
+      add_seam_of(mesh, bond, el, bond.seam_node);
     bond.seam_start.push_back(static_cast<std::uint32_t>(bond.seam_node.size()));
   }
+  bond.seam_of = bond.elements;
 }
 
 void update_centres(const fem::Mesh& mesh, Bond& bond) {

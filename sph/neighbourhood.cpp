@@ -179,6 +179,7 @@ static std::vector<std::uint8_t> wanted_rows(const Neighbourhood& hood) {
 static void turn_rows(Neighbourhood& hood) {
   const std::size_t n = hood.n_particles, n_real = n + hood.n_foreign;
   auto& [start, list] = hood.pairs;
+  if (hood.n_foreign == 0) return start.resize(n + 1);  // images have no rows then
   const auto each_foreign_pair = [&](auto&& f) {
     for (std::size_t j = 0; j + 1 < start.size(); ++j)
       for (std::uint64_t k = start[j]; k < start[j + 1]; ++k)
