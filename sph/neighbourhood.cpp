@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
 
+#include "core/cells.hpp"
 #include "core/parallel.hpp"
 #include "sph/kernel.hpp"
 #include "sph/pair_kernel.hpp"
@@ -118,33 +118,20 @@ bool still_valid(const Neighbourhood& hood, const std::vector<Vec3>& watched_x) 
 
 /// Cubes of the given edge that hold actors, and which of them touch.
 static void bin_actors(Neighbourhood& hood, double edge) {
-  using Cell = std::array<std::int64_t, 3>;
-  const auto cell_of = [&](const Vec3& x) {
-    return Cell{static_cast<std::int64_t>(std::floor(x[0] / edge)), static_cast<std::int64_t>(std::floor(x[1] / edge)),
-                static_cast<std::int64_t>(std::floor(x[2] / edge))};
-  };
-  std::map<Cell, std::uint32_t> bins;
+  core::Cells bins;
+  bins.reset(edge);
   hood.bin.clear();
-  Cell last{};
-  const auto put = [&](const Vec3& x) {  // mostly the bin of the one before
-    const Cell cell = cell_of(x);
-    const bool same = !hood.bin.empty() && cell == last;
-    hood.bin.push_back(same ? hood.bin.back()
-                            : bins.try_emplace(cell, static_cast<std::uint32_t>(bins.size())).first->second);
-    last = cell;
-  };
-  for (const Place& a : hood.actors.place) put(a.x);
-  for (const Vec3& x : hood.watched_built) put(x);
-  std::vector<Cell> cells(bins.size());
-  for (const auto& [cell, b] : bins) cells[b] = cell;
+  for (const Place& a : hood.actors.place) hood.bin.push_back(bins.insert(bins.cell(a.x)));
+  for (const Vec3& x : hood.watched_built) hood.bin.push_back(bins.insert(bins.cell(x)));
+  bins.tabulate();
   hood.bin_start.assign(1, 0);
   hood.bin_touching.clear();
-  for (const Cell& c : cells) {
+  for (std::uint32_t b = 0; b < bins.size(); ++b) {
+    const core::Cell& c = bins[b];
     for (std::int64_t i = -1; i <= 1; ++i)
       for (std::int64_t j = -1; j <= 1; ++j)
         for (std::int64_t k = -1; k <= 1; ++k)
-          if (const auto found = bins.find({c[0] + i, c[1] + j, c[2] + k}); found != bins.end())
-            hood.bin_touching.push_back(found->second);
+          if (const auto found = bins.find({c[0] + i, c[1] + j, c[2] + k}); found != core::Cells::none) hood.bin_touching.push_back(found);
     hood.bin_start.push_back(static_cast<std::uint32_t>(hood.bin_touching.size()));
   }
 }
