@@ -70,7 +70,8 @@ Rim rim_motion(const Matter& m, const PlateFrame& frame, std::span<const std::ui
   for (const std::uint32_t row : rows) {
     mass += m.m[row];
     momentum += m.m[row] * m.v[row];
-    moment += m.m[row] * frame.local(m.x[row]).z();
+    // where it was built is not always about the middle: of a graded plate's particles the large ones reach the edge first
+    moment += m.m[row] * (frame.local(m.x[row]).z() - (m.built.empty() ? 0 : frame.local(m.built[row]).z()));
   }
   rim.exists = mass > 0;
   if (rim.exists) rim.velocity = momentum / mass, rim.displacement = moment / mass;

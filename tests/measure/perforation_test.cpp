@@ -215,3 +215,24 @@ TEST(Perforation, DriftingPowderDoesNotCloseAHole) {
     EXPECT_EQ(get(measure::measure(m, s), "wall.perforated"), gradient > 50 ? 1 : 0);
   }
 }
+
+// Particles of a graded plate: large ones below, which reach the edge, and small ones above, which end short of it.
+TEST(Rim, IsDisplacedFromWhereItWasBuilt) {
+  measure::Matter m;
+  std::vector<core::Vec3f> built;
+  constexpr double sunk = 0.1 * mm;
+  const auto layer = [&](int n, double spacing, double z) {
+    for (int i = 0; i < n; ++i)
+      for (int j = 0; j < n; ++j) {
+        const Vec3 x((i + 0.5 - 0.5 * n) * spacing, (j + 0.5 - 0.5 * n) * spacing, z);
+        built.push_back(x.cast<float>());
+        m.parent.push_back(static_cast<std::uint32_t>(m.parent.size()));
+        add_particle(m, x - Vec3(0, 0, sunk), {0, 0, 0}, spacing, 1);
+      }
+  };
+  layer(20, mm, -0.5 * mm), layer(36, 0.5 * mm, 0.5 * mm);
+  measure::Scene s = scene_at();
+  add_plate(s, "wall", width, thickness);
+  s.built = built;
+  EXPECT_NEAR(get(measure::measure(m, s), "wall.rim_displacement"), -sunk, 1e-9);
+}
