@@ -83,16 +83,23 @@ class ParticlesByCell {
   std::vector<Extent> extent_;
 };
 
+struct BodyBox {
+  Vec3 low = Vec3::Constant(1e300), high = Vec3::Constant(-1e300);
+};
+
 /// Box around what is left of a body.
-static void box_of(const fem::Mesh& mesh, std::size_t body, Vec3& low, Vec3& high) {
-  low = mesh.body_low[body], high = mesh.body_high[body];
-  if (!mesh.body_awake[body]) return;
-  low.setConstant(1e300), high.setConstant(-1e300);
-  for (std::size_t nd = mesh.body_nodes[body].first; nd < mesh.body_nodes[body].last; ++nd)
-    if (mesh.nodes.m[nd] > 0) {
-      low = low.cwiseMin(mesh.nodes.x[nd]);
-      high = high.cwiseMax(mesh.nodes.x[nd]);
-    }
+static BodyBox box_of(const fem::Mesh& mesh, std::size_t body) {
+  if (!mesh.body_awake[body]) return {mesh.body_low[body], mesh.body_high[body]};
+  const std::size_t begin = mesh.body_nodes[body].first;
+  return core::reduce(
+      mesh.body_nodes[body].size(), BodyBox{},
+      [&](std::size_t first, std::size_t last) {
+        BodyBox box;
+        for (std::size_t nd = begin + first; nd < begin + last; ++nd)
+          if (mesh.nodes.m[nd] > 0) box.low = box.low.cwiseMin(mesh.nodes.x[nd]), box.high = box.high.cwiseMax(mesh.nodes.x[nd]);
+        return box;
+      },
+      [](const BodyBox& a, const BodyBox& b) { return BodyBox{a.low.cwiseMin(b.low), a.high.cwiseMax(b.high)}; });
 }
 
 void find_elements(const fem::Mesh& mesh, const sph::Particles& p, Bond& bond) {
@@ -109,8 +116,7 @@ void find_elements(const fem::Mesh& mesh, const sph::Particles& p, Bond& bond) {
   std::vector<std::uint32_t> rows;
   std::vector<std::uint8_t> near;
   for (std::size_t b = 0; b < mesh.body_elements.size(); ++b) {
-    Vec3 low, high;
-    box_of(mesh, b, low, high);
+    const auto [low, high] = box_of(mesh, b);
     rows.clear();  // particles that can be near an element of the body
     for (std::uint32_t i = 0; i < p.size(); ++i)
       if ((p.x[i].array() >= low.array() - reach).all() && (p.x[i].array() <= high.array() + reach).all()) rows.push_back(i);

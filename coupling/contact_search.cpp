@@ -147,8 +147,13 @@ static void bin_all(ContactLists& l) {
                [&](std::uint32_t b) { known[first / block].push_back({b, static_cast<std::uint32_t>(f)}); });
     }
   });
-  for (const auto& list : known)
-    for (const auto& [b, f] : list) l.bins[b].faces.push_back(f);
+  const auto parts = static_cast<std::size_t>(core::threads());
+  core::for_each_block(parts, 1, [&](std::size_t part, std::size_t) {  // one range of bins each
+    const std::size_t low = l.cells.size() * part / parts, high = l.cells.size() * (part + 1) / parts;
+    for (const auto& list : known)
+      for (const auto& [b, f] : list)
+        if (b - low < high - low) l.bins[b].faces.push_back(f);
+  });
 }
 
 /// Districts are so wide that all corners of a face within `apart` of a point lie in districts that touch its own.
@@ -210,9 +215,11 @@ void make_lists(const fem::Mesh& mesh, const sph::Particles& particles, std::spa
   fem::update_surface(mesh, l.surface);
   leave_out(times_to_meet, time, dt, l);
   list_points(mesh, particles, l);
-  l.faces.clear();
+  std::vector<fem::Face> faces;
   for (const auto& f : l.surface.faces)
-    if (!l.left_out[mesh.elements.body[f.element]]) l.faces.push_back(contact_face(mesh, f));
+    if (!l.left_out[mesh.elements.body[f.element]]) faces.push_back(f);
+  l.faces.resize(faces.size());
+  core::for_each(faces.size(), [&](std::size_t f) { l.faces[f] = contact_face(mesh, faces[f]); });
   l.node_built = mesh.nodes.x;
   l.particle_built = particles.x;
   l.candidates.clear();
