@@ -7,6 +7,7 @@
 
 #include "core/cells.hpp"
 #include "core/parallel.hpp"
+#include "coupling/box.hpp"
 #include "fem/elements.hpp"
 #include "sph/kernel.hpp"
 
@@ -55,14 +56,13 @@ class ParticlesByCell {
  private:
   /// Box around the particles of a cell, and the largest of their smoothing lengths [m].
   struct Extent {
-    Vec3 low = Vec3::Constant(1e300), high = Vec3::Constant(-1e300);
+    Box box;
     double h = 0;
     void add(const Vec3& x, double h_x) {
-      low = low.cwiseMin(x);
-      high = high.cwiseMax(x);
+      box.add(x);
       h = std::max(h, h_x);
     }
-    double squared_distance(const Vec3& x) const { return (low - x).cwiseMax(x - high).cwiseMax(0.0).squaredNorm(); }
+    double squared_distance(const Vec3& x) const { return (box.low - x).cwiseMax(x - box.high).cwiseMax(0.0).squaredNorm(); }
   };
 
   /// value(k) in rows by key[k], in order of k.
@@ -83,23 +83,22 @@ class ParticlesByCell {
   std::vector<Extent> extent_;
 };
 
-struct BodyBox {
-  Vec3 low = Vec3::Constant(1e300), high = Vec3::Constant(-1e300);
-};
-
 /// Box around what is left of a body.
-static BodyBox box_of(const fem::Mesh& mesh, std::size_t body) {
+static Box box_of(const fem::Mesh& mesh, std::size_t body) {
   if (!mesh.body_awake[body]) return {mesh.body_low[body], mesh.body_high[body]};
   const std::size_t begin = mesh.body_nodes[body].first;
   return core::reduce(
-      mesh.body_nodes[body].size(), BodyBox{},
+      mesh.body_nodes[body].size(), Box{},
       [&](std::size_t first, std::size_t last) {
-        BodyBox box;
+        Box box;
         for (std::size_t nd = begin + first; nd < begin + last; ++nd)
-          if (mesh.nodes.m[nd] > 0) box.low = box.low.cwiseMin(mesh.nodes.x[nd]), box.high = box.high.cwiseMax(mesh.nodes.x[nd]);
+          if (mesh.nodes.m[nd] > 0) box.add(mesh.nodes.x[nd]);
         return box;
       },
-      [](const BodyBox& a, const BodyBox& b) { return BodyBox{a.low.cwiseMin(b.low), a.high.cwiseMax(b.high)}; });
+      [](Box a, const Box& b) {
+        a.add(b);
+        return a;
+      });
 }
 
 void find_elements(const fem::Mesh& mesh, const sph::Particles& p, Bond& bond) {
@@ -116,10 +115,10 @@ void find_elements(const fem::Mesh& mesh, const sph::Particles& p, Bond& bond) {
   std::vector<std::uint32_t> rows;
   std::vector<std::uint8_t> near;
   for (std::size_t b = 0; b < mesh.body_elements.size(); ++b) {
-    const auto [low, high] = box_of(mesh, b);
+    const Box around = box_of(mesh, b).widened(reach);
     rows.clear();  // particles that can be near an element of the body
     for (std::uint32_t i = 0; i < p.size(); ++i)
-      if ((p.x[i].array() >= low.array() - reach).all() && (p.x[i].array() <= high.array() + reach).all()) rows.push_back(i);
+      if (around.contains(p.x[i])) rows.push_back(i);
     if (rows.empty()) continue;
     const ParticlesByCell watched(p, rows, reach);
     const ParticlesByCell in_reach(p, rows, sph::foreign_reaches * 0.5 * (1 + coarsest) * range);
@@ -190,13 +189,13 @@ static void add_seam_of(const fem::Mesh& mesh, Bond& bond, std::uint32_t el, std
 }
 
 void find_seam(const fem::Mesh& mesh, Bond& bond) {
-  const bool moved = follow_seam(mesh, bond);
+  if (follow_seam(mesh, bond)) bond.seam_of.clear();  // no row can be kept
   std::vector<std::uint32_t> of, start{0}, node;
   of.swap(bond.seam_of), start.swap(bond.seam_start), node.swap(bond.seam_node);  // the old rows, and new ones
   std::size_t old = 0;
   for (const std::uint32_t el : bond.elements) {
-    while (!moved && old < of.size() && of[old] < el) ++old;
-    if (!moved && old < of.size() && of[old] == el)
+    while (old < of.size() && of[old] < el) ++old;
+    if (old < of.size() && of[old] == el)
       bond.seam_node.insert(bond.seam_node.end(), node.begin() + start[old], node.begin() + start[old + 1]);
     else
       add_seam_of(mesh, bond, el, bond.seam_node);

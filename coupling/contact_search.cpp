@@ -321,18 +321,16 @@ static bool hold(const fem::Mesh& mesh, const sph::Particles& particles, double 
   core::for_each_block(moved.size(), 16, [&](std::size_t first, std::size_t last) {
     for (std::size_t b = first; b < last; ++b) {
       Moved m;
-      bool rests = false;
       for (const auto k : l.bins[b].points) {
         const auto& p = l.points[k];
         if (p.particle) {
           m.all.add(particles.x[p.index] - l.particle_built[p.index] + ahead * particles.v[p.index]);
         } else if (!n.awake[p.index]) {
-          rests = true;
+          m.nodes.add(Vec3::Zero());
         } else if (n.m[p.index] > 0) {
           m.nodes.add(n.x[p.index] - l.node_built[p.index] + ahead * n.v[p.index]);
         }
       }
-      if (rests) m.nodes.add(Vec3::Zero());
       m.all.add(m.nodes);
       moved[b] = m;
     }

@@ -14,6 +14,7 @@
 
 #include "core/cells.hpp"
 #include "core/types.hpp"
+#include "coupling/box.hpp"
 #include "coupling/meeting.hpp"
 #include "fem/mesh.hpp"
 #include "fem/surface.hpp"
@@ -25,28 +26,6 @@ struct ContactPoint {
   std::uint32_t index;     ///< node or particle
   bool particle;
   std::int32_t body = -1;  ///< of a node that belongs to elements: it does not strike that body; -1: strikes all
-};
-
-struct Box {
-  core::Vec3 low = core::Vec3::Constant(1e300), high = core::Vec3::Constant(-1e300);
-
-  void add(const core::Vec3& x) {
-    low = low.cwiseMin(x);
-    high = high.cwiseMax(x);
-  }
-  void add(const Box& b) {
-    low = low.cwiseMin(b.low);
-    high = high.cwiseMax(b.high);
-  }
-  bool empty() const { return low[0] > high[0]; }
-  bool contains(const core::Vec3& x) const { return (x.array() >= low.array()).all() && (x.array() <= high.array()).all(); }
-  bool touches(const Box& o) const { return (o.high.array() >= low.array()).all() && (o.low.array() <= high.array()).all(); }
-  Box widened(double by) const { return {low.array() - by, high.array() + by}; }
-  double distance(const Box& o) const {
-    return (o.low - high).cwiseMax(low - o.high).cwiseMax(core::Vec3::Zero()).norm();
-  }
-  /// Largest difference in any coordinate between a point here and one there.
-  double apart(const Box& o) const { return (high - o.low).cwiseMax(o.high - low).maxCoeff(); }
 };
 
 struct ContactFace {
