@@ -272,9 +272,7 @@ void Octree::find(std::span<const double> radius, bool symmetric, RowOrder rows,
   }
   // Who has j in its row is in the row of j: going through the rows by index puts every entry in its place and in order.
   std::vector<std::uint64_t> next(result.start.begin(), result.start.end() - 1);
-  const auto parts = static_cast<std::size_t>(threads());
-  for_each_block(parts, 1, [&](std::size_t part, std::size_t) {  // one range of rows each
-    const std::size_t low = n * part / parts, high = n * (part + 1) / parts;
+  for_each_share(n, [&](std::size_t low, std::size_t high) {
     for (std::size_t i = 0; i < n; ++i)
       for (const std::uint32_t j : found.of(rank_[i]))
         if (j - low < high - low) result.list[next[j]++] = static_cast<std::uint32_t>(i);

@@ -44,6 +44,13 @@ void for_each_block(std::size_t n, std::size_t block, F&& f) {
   }
 }
 
+/// f(first, last) over [0, n) in one range for each thread; for loops that go through everything and keep what falls into the range.
+template <class F>
+void for_each_share(std::size_t n, F&& f) {
+  const auto parts = static_cast<std::size_t>(threads());
+  for_each_block(parts, 1, [&](std::size_t part, std::size_t) { f(n * part / parts, n * (part + 1) / parts); });
+}
+
 constexpr std::size_t reduction_block = 1024;
 
 /// combine over blocks of fixed size, partial results joined in order: the same bits on any number of threads.

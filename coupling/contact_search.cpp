@@ -147,9 +147,7 @@ static void bin_all(ContactLists& l) {
                [&](std::uint32_t b) { known[first / block].push_back({b, static_cast<std::uint32_t>(f)}); });
     }
   });
-  const auto parts = static_cast<std::size_t>(core::threads());
-  core::for_each_block(parts, 1, [&](std::size_t part, std::size_t) {  // one range of bins each
-    const std::size_t low = l.cells.size() * part / parts, high = l.cells.size() * (part + 1) / parts;
+  core::for_each_share(l.cells.size(), [&](std::size_t low, std::size_t high) {
     for (const auto& list : known)
       for (const auto& [b, f] : list)
         if (b - low < high - low) l.bins[b].faces.push_back(f);
