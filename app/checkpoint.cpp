@@ -61,7 +61,7 @@ static void book_state(Archive& a, Simulation& s) {
   a("ledger/eroded_kinetic", l.eroded_kinetic), a("ledger/eroded_internal", l.eroded_internal);
   a("ledger/eroded_mass", l.eroded_mass), a("ledger/eroded_momentum", l.eroded_momentum);
   a("ledger/eroded_angular_momentum", l.eroded_angular_momentum);
-  a("ledger/largest_energy_error", l.largest_energy_error);
+  a("ledger/largest_energy_error", l.largest_energy_error), a("ledger/added_inertia", l.added_inertia);
   auto& c = s.contact;
   a("contact/dissipated", c.dissipated), a("contact/heated", c.heated), a("contact/wall_impulse", c.wall_impulse);
   a("contact/wall_angular_impulse", c.wall_angular_impulse), a("contact/leaks", c.leaks);
@@ -72,6 +72,7 @@ static void book_state(Archive& a, Simulation& s) {
   frozen_state(a, s);
   auto& w = s.work;
   a("work/element_updates", w.element_updates), a("work/element_updates_asleep", w.element_updates_asleep);
+  a("work/element_updates_slowed", w.element_updates_slowed);
   a("work/particle_updates", w.particle_updates), a("work/particle_updates_asleep", w.particle_updates_asleep);
   a("work/pair_updates", w.pair_updates), a("work/seconds", w.seconds);
 }

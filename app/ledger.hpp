@@ -40,6 +40,7 @@ struct Ledger {
   double total() const;         ///< all rows [J]
   double energy_error = 0, mass_error = 0, momentum_error = 0, angular_momentum_error = 0;  ///< relative
   double largest_energy_error = 0;
+  double added_inertia = 0;     ///< kinetic energy that inertia added to slowed elements had, the most at one time; in `internal` [J]
 };
 
 /// Sums over the matter there is.

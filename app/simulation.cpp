@@ -156,7 +156,8 @@ void step(Simulation& s) {
   clock.mark(Stage::search);
   add_pair_forces(s);                                                                    // 1                        n
   clock.mark(Stage::pair_forces);
-  fem::kick_nodes(s.mesh, times.kick);                                                   // 2  v                 n+1/2
+  s.ledger.added_inertia = std::max(s.ledger.added_inertia, fem::add_inertia(s.mesh, s.slowed));  // 2 forces     n
+  fem::kick_nodes(s.mesh, times.kick);                                                   //    v                 n+1/2
   sph::kick_particles(s.particles, times.kick);
   book_wall_force(s, times.kick);
   clock.mark(Stage::kick);
@@ -181,6 +182,7 @@ void step(Simulation& s) {
   ++s.steps;
   s.work.element_updates += fem::n_awake(s.mesh);
   s.work.element_updates_asleep += s.mesh.n_alive - std::min(s.mesh.n_alive, fem::n_awake(s.mesh));
+  s.work.element_updates_slowed += s.slowed.size();
   s.work.particle_updates += s.particles.size();
   remove_distorted(s);                                                                   // 7                      n+1
   clock.mark(Stage::convert);
@@ -220,7 +222,8 @@ void choose_step(Simulation& s, double stop) {
         el.index, s.mesh.elements.body[el.index] < s.spec.bodies.size() ? s.spec.bodies[s.mesh.elements.body[el.index]].name : "",
         s.steps, s.time * 1e6, el.value / s.mesh.elements.dt_0[el.index], collapsed));
   const auto pt = smallest_particle_step(s);
-  s.limit = el.value <= pt.value ? StepLimit{"element", el.index, el.value} : StepLimit{"particle", pt.index, pt.value};
+  const double elements = fem::step_with_few_slowed(s.mesh, el);
+  s.limit = elements <= pt.value ? StepLimit{"element", el.index, elements} : StepLimit{"particle", pt.index, pt.value};
   double dt = s.spec.cfl * s.limit.value;
   if (s.contact.step < dt) {
     dt = s.contact.step;
@@ -239,6 +242,7 @@ void choose_step(Simulation& s, double stop) {
     s.limit = {"end", 0, dt};
   }
   s.dt = dt;
+  s.slowed = elements > el.value ? fem::slowed_elements(s.mesh, dt / s.spec.cfl) : std::vector<fem::Slowed>{};
 }
 
 void begin(Simulation& s) {

@@ -10,6 +10,7 @@
 #include "app/ledger.hpp"
 #include "coupling/bond.hpp"
 #include "coupling/contact.hpp"
+#include "fem/added_inertia.hpp"
 #include "fem/criteria.hpp"
 #include "fem/element_kernel.hpp"
 #include "fem/mesh.hpp"
@@ -35,7 +36,7 @@ constexpr std::array<const char*, n_stages> stage_names{"search", "pair_forces",
 
 /// Work done so far, for the summary.
 struct Work {
-  std::uint64_t element_updates = 0, element_updates_asleep = 0;
+  std::uint64_t element_updates = 0, element_updates_asleep = 0, element_updates_slowed = 0;
   std::uint64_t particle_updates = 0, particle_updates_asleep = 0;
   std::uint64_t pair_updates = 0;
   std::array<double, n_stages> seconds{};
@@ -64,6 +65,7 @@ struct Simulation {
   double dt_old = 0;                       ///< of the step before; 0 at the start [s]
   std::int64_t steps = 0;
   StepLimit limit;
+  std::vector<fem::Slowed> slowed;         ///< elements that would hold the step to come, and the inertia they get
   std::size_t n_elements_initial = 0, n_converted = 0, n_eroded = 0;
   Ledger ledger;
   Work work;

@@ -9,19 +9,9 @@ using core::Vec3;
 
 void kick_nodes(Mesh& mesh, double dt) {
   Nodes& n = mesh.nodes;
-  const double* force = mesh.elements.corner_force.data();
-  const bool bonded = !n.f.empty();
   for_each_node_awake(mesh, [&](std::size_t nd) {
     if (!n.awake[nd] || n.m[nd] == 0) return;
-    Vec3 f = bonded ? n.f[nd] : Vec3(0, 0, 0);
-    for (auto k = mesh.corner_start[nd]; k < mesh.corner_start[nd + 1]; ++k) {
-      const std::uint32_t c = mesh.corners[k];
-      const double* at = force + corner_index(c / 8, static_cast<int>(c % 8), 0);
-      f[0] += at[0];
-      f[1] += at[block_size];
-      f[2] += at[2 * block_size];
-    }
-    Vec3 dv = f * (dt / n.m[nd]);
+    Vec3 dv = force_at(mesh, nd) * (dt / n.m[nd]);
     for (int d = 0; d < 3; ++d)
       if (n.fixed[nd] >> d & 1) dv[d] = 0;
     n.v_mean[nd] = n.v[nd] + 0.5 * dv;

@@ -95,6 +95,19 @@ inline void gather(const Elements& elements, std::size_t el, const std::vector<c
   }
 }
 
+/// What elements and bonded particles do to a node [N]; summed in fixed order.
+inline core::Vec3 force_at(const Mesh& mesh, std::size_t nd) {
+  core::Vec3 f = mesh.nodes.f.empty() ? core::Vec3(0, 0, 0) : mesh.nodes.f[nd];
+  for (auto k = mesh.corner_start[nd]; k < mesh.corner_start[nd + 1]; ++k) {
+    const std::uint32_t c = mesh.corners[k];
+    const double* at = &mesh.elements.corner_force[corner_index(c / 8, static_cast<int>(c % 8), 0)];
+    f[0] += at[0];
+    f[1] += at[block_size];
+    f[2] += at[2 * block_size];
+  }
+  return f;
+}
+
 /// Mean of the corners [m].
 core::Vec3 centre(const Mesh& mesh, std::size_t el, const std::vector<core::Vec3>& a);
 

@@ -92,18 +92,19 @@ void artificial_stress(const T* sigma, double epsilon, T* push) {
   }
 }
 
-/// Share of the speed of sound that the sums over a row answer with, for its stable step. Condensed matter is stable to one and
-/// a half times the step of a gas (bars, rings, drops), be it solid, liquid or powder; gases behind a shock lose density from that
-/// on (Noh). `loaded`, the pressure over rho c^2, tells them apart: above 0.5 in a gas, 0.2 behind the strongest shocks in metals,
-/// next to nothing in metals at rest. A row without the correction answers in proportion to what stands round it, of which the
-/// trace of the moment is the measure: 3 inside.
+/// Share of the speed of sound that the sums over a row answer with, for its stable step. Matter that bears shear is stable to
+/// twice the step of a gas, liquid and powder to one and a half times it (bars, rings, drops, noise); gases behind a shock lose density
+/// from that on (Noh). `loaded`, the pressure over rho c^2, tells them apart: above 0.5 in a gas, 0.2 behind the strongest shocks in
+/// metals, next to nothing in metals at rest. A row without the correction answers in proportion to what stands round it, of
+/// which the trace of the moment is the measure: 3 inside.
 template <class T>
 T acoustic_share(const T* m, T corrected, T bears, T loaded) {
   using core::select;
-  constexpr double condensed = 0.65, as_gas = 0.05;
+  constexpr double solid = 0.5, condensed = 0.65, as_gas = 0.05;
   const T fluid = T(condensed) + T(1 - condensed) * core::min(core::max(loaded, T(0.0)) * T(1 / as_gas), T(1.0));
+  const T share = select(bears > T(0.0), T(solid), fluid);
   const T around = core::min(core::max(m[0] + m[1] + m[2], T(0.25)), T(1.0));
-  return select(bears > T(0.0), T(condensed), select(corrected > T(0.0), fluid, fluid * around));
+  return select(corrected > T(0.0), share, share * around);
 }
 
 /// W lanes of one array from row i on; `n` rows are there, the last stands in for those that are missing.

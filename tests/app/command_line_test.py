@@ -359,7 +359,7 @@ class Interrupt(Folder):
         self.assertEqual(x["measurements"], y["measurements"])
         self.assertEqual(x["conservation"], y["conservation"])
         # not pair_updates: it counts what the lists hold, skin and all, and lists are made anew after a resume
-        for key in ("element_updates", "element_updates_asleep", "particle_updates"):
+        for key in ("element_updates", "element_updates_asleep", "element_updates_slowed", "particle_updates"):
             self.assertEqual(x["work"][key], y["work"][key], key)
         if h5py:
             self.assertEqual(self.states(a), self.states(b))
