@@ -241,11 +241,17 @@ void make_room(Neighbourhood& hood) {
   hood.near.resize(n), hood.weight.resize(n), hood.push.resize(n), hood.pull.resize(n);
 }
 
-/// f(image, source, mirror) in order: an image of an image finds its source done.
+/// f(image, source, mirror), mirror after mirror: an image of an image finds its source done.
 template <class F>
 static void each_image(const Neighbourhood& hood, F&& f) {
   const std::size_t n_real = hood.n_particles + hood.n_foreign;
-  for (std::size_t k = 0; k < hood.images.size(); ++k) f(n_real + k, hood.images[k].source, hood.mirrors[hood.images[k].mirror]);
+  for (auto first = hood.images.begin(); first != hood.images.end();) {
+    const auto last = std::upper_bound(first, hood.images.end(), first->mirror, [](std::uint32_t m, const Image& i) { return m < i.mirror; });
+    const auto begin = static_cast<std::size_t>(first - hood.images.begin());
+    const Mirror& mirror = hood.mirrors[first->mirror];
+    core::for_each(static_cast<std::size_t>(last - first), [&](std::size_t k) { f(n_real + begin + k, hood.images[begin + k].source, mirror); });
+    first = last;
+  }
 }
 
 void reflect_places(Neighbourhood& hood) {

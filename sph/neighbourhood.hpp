@@ -116,7 +116,7 @@ struct Neighbourhood {
   std::size_t n_particles = 0, n_foreign = 0;
   Actors actors;
   double unit = 1;                   ///< length near h, a power of two: scaling by it rounds nothing [m]
-  std::vector<Image> images;
+  std::vector<Image> images;         ///< mirror after mirror
   core::Neighbours pairs;            ///< rows of particles and foreigners
   // Pairs in reach at this step, in rows of whole groups (pair_kernel.hpp). The row itself fills up its last group.
   std::vector<std::uint64_t> near_start;     ///< [row + 1] groups that each has room for; most of `pairs` is out of reach
