@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The order of all measurements: each plate in turn, the clouds, what flew back, the fragments, the pressure.
+// The order of all measurements: each plate in turn, bars, the clouds, what flew back, the fragments, the pressure.
 #include <cmath>
 #include <utility>
 
@@ -36,6 +36,8 @@ Result measure(Matter matter, const Scene& scene) {
   const Whole whole = make_whole(std::move(matter), scene);
   Result result;
   for (const int body : whole.plates) measure_plate(whole, scene, body, result);
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b)
+    if (scene.bodies[b].bar_length > 0) measure_bar(whole, scene, static_cast<int>(b), result);
   if (whole.impact_speed > 0 && !scene.plates.empty()) {
     for (std::size_t k = 0; k < scene.plates.size(); ++k) measure_cloud_behind(whole, scene, k, result);
     for (std::size_t k = 0; k < scene.plates.size(); ++k) measure_debris_behind(whole, scene, k, result);

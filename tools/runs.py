@@ -47,37 +47,6 @@ def last_snapshot(run):
         return read(steps[0]), read(steps[-1])
 
 
-def taylor(run):
-    """Final shape of the first body, a cylinder along z on a plane at its foot; the outline is that of all its matter."""
-    import numpy as np
-    length = case(run)["body"][0]["length"]
-    _, s = last_snapshot(run)
-    x, half = [s["node_x"][np.unique(s["element_node"])]], [np.zeros(0)]
-    half[0] = np.zeros(len(x[0]))
-    if len(s["particle_x"]):
-        x.append(s["particle_x"])
-        half.append(0.5 * s["particle/size"])
-    x, half = np.concatenate(x), np.concatenate(half)
-    foot = (x[:, 2] - half).min()
-    height, radius = x[:, 2] - foot, np.hypot(x[:, 0], x[:, 1])
-    axis = radius < 0.2 * radius.max()
-    outer = radius + half
-
-    def widest(at, band):
-        near = abs(height - at) < band
-        return 2 * outer[near].max() if near.any() else None
-
-    # the outline between node rows: largest radius in thin slices, interpolated
-    slices = np.arange(0.1, 0.32, 0.02) * length
-    outline = [widest(z, 0.02 * length) for z in slices]
-    known = [(z, d) for z, d in zip(slices, outline) if d is not None]
-    result = {"taylor.final_length": (float((height + half)[axis].max()), "m"),
-              "taylor.foot_diameter": (float(2 * outer[height < 0.05 * length].max()), "m")}
-    if known:
-        result["taylor.diameter_at_fifth"] = (float(np.interp(0.2 * length, *np.array(known).T)), "m")
-    return result
-
-
 def axis(run):
     """Gap between the projectile and the body below it on the axis, and the highest pressure there, in the last snapshot. On the axis:
     elements with a node on it, and particles nearer to it than their own size."""
@@ -120,7 +89,7 @@ def shock(run):
             "shock.velocity": (-mean(velocity[:, 2]), "m/s"), "shock.energy": (mean(s["element/internal_energy"]), "J/kg")}
 
 
-DERIVED = {"taylor": taylor, "axis": axis, "shock": shock}  # by the first part of a key
+DERIVED = {"axis": axis, "shock": shock}  # by the first part of a key
 
 
 def measured(run, keys):
