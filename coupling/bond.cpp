@@ -101,6 +101,11 @@ static Box box_of(const fem::Mesh& mesh, std::size_t body) {
       });
 }
 
+/// Smoothing length of an element's part [m].
+static double part_h(const fem::Elements& e, std::size_t el, const Bond& bond) {
+  return std::min(sph::h_over_spacing * std::cbrt(e.pt.m[el] / e.pt.rho[el]) / bond.per_edge, bond.h_most);
+}
+
 void find_elements(const fem::Mesh& mesh, const sph::Particles& p, Bond& bond) {
   const fem::Elements& e = mesh.elements;
   bond.elements.clear();
@@ -108,10 +113,11 @@ void find_elements(const fem::Mesh& mesh, const sph::Particles& p, Bond& bond) {
   bond.x.clear();
   bond.watched_x.clear();
   if (p.size() == 0 || mesh.n_alive == 0) return;
-  const double h_max = *std::max_element(p.h.begin(), p.h.end());
+  constexpr double coarsest = 2;  // elements' smoothing lengths over the particles' at birth
+  const double h_born = *std::max_element(p.h_0.begin(), p.h_0.end()), h_max = std::max(h_born, *std::max_element(p.h.begin(), p.h.end()));
+  bond.h_most = coarsest * h_born;
   const double range = sph::kernel_reach * h_max * bond.per_edge;  // centres of elements lie further than those of their parts
   const double reach = sph::watched_reaches * range;
-  constexpr double coarsest = 2;  // elements' smoothing lengths are searched up to this many times the particles'
   std::vector<std::uint32_t> rows;
   std::vector<std::uint8_t> near;
   for (std::size_t b = 0; b < mesh.body_elements.size(); ++b) {
@@ -131,8 +137,7 @@ void find_elements(const fem::Mesh& mesh, const sph::Particles& p, Bond& bond) {
       if (!watched.touch(x)) return;
       near[k] = 1;
       if (!in_reach.touch(x)) return;
-      const double h = std::min(sph::h_over_spacing * std::cbrt(e.pt.m[el] / e.pt.rho[el]) / bond.per_edge, coarsest * h_max);
-      if (in_reach.within(x, h, sph::foreign_reaches * bond.per_edge)) near[k] = 2;
+      if (in_reach.within(x, part_h(e, el, bond), sph::foreign_reaches * bond.per_edge)) near[k] = 2;
     });
     for (std::size_t k = 0; k < near.size(); ++k)
       if (near[k]) (near[k] == 2 ? bond.elements : bond.watched).push_back(static_cast<std::uint32_t>(range_of.first + k));
@@ -248,7 +253,7 @@ void fill_foreign(const fem::Mesh& mesh, const Bond& bond, sph::Neighbourhood& h
     const std::size_t i = hood.n_particles + k;
     sph::Actors& a = hood.actors;
     const double rho = e.pt.rho[el], volume = e.pt.m[el] / bond.parts() / rho, p = e.pt.p[el];
-    a.place[i] = {bond.x[k], single(sph::h_over_spacing * std::cbrt(volume)), single(volume * per_unit)};
+    a.place[i] = {bond.x[k], single(part_h(e, el, bond)), single(volume * per_unit)};
     a.flow[i] = {fem::at(mesh, el, mesh.nodes.v, fem::part_centre(bond.per_edge, static_cast<int>(k % parts))), single(e.pt.c[el]), single(rho)};
     a.strain[i] = {};
     a.strain[i].density = single(rho);

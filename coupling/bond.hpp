@@ -20,6 +20,7 @@ struct Bond {
   int per_edge = 1;                     ///< n: particles an element would become along its edge
   std::vector<std::uint32_t> elements;  ///< in reach, ascending
   std::vector<core::Vec3> x;            ///< centres of their parts: the foreign actors, n^3 an element [m]
+  double h_most = 0;                    ///< smoothing lengths of parts are held to this: what lists are made by is what the sums see [m]
   std::vector<std::uint32_t> watched;   ///< elements not in reach but near enough to come into it soon, ascending
   std::vector<core::Vec3> watched_x;    ///< their centres [m]
   std::vector<std::uint32_t> seam_start, seam_node;  ///< rows of the nodes that take the reaction, one an element

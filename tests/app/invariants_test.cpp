@@ -172,6 +172,30 @@ TEST(Elements, ASpinningBallKeepsItsAngularMomentum) {
   EXPECT_GT(s->ledger.hourglass, 0);  // hourglass forces are part of the evidence
 }
 
+TEST(Neighbours, NoSumDependsOnWhenListsWereMade) {
+  // A wall coarse enough for its elements to be six times as wide as the particles that strike it.
+  const std::string coarse = std::string(small_case::text) + R"(
+[[body]]
+name = "wall"
+shape = "plate"
+size = ["12 mm", "12 mm"]
+thickness = "1 mm"
+center = ["0 mm", "0 mm", "-1.9 mm"]
+element_size = "1 mm"
+material = "Al2024-T351"
+)";
+  const auto set = std::vector<std::string>{"run.end=\"1.2 us\"", "run.elements_across=6"};
+  auto kept = small_case::begin(set, coarse), anew = small_case::begin(set, coarse);
+  while (kept->time < kept->spec.end * (1 - 1e-12)) {
+    anew->hood.valid = false;
+    for (auto* s : {kept.get(), anew.get()}) small_case::run(*s, s->steps + 1);
+    const auto d = small_case::differences(*kept, *anew);
+    ASSERT_EQ(d, "") << "step " << kept->steps << ", t = " << kept->time;
+  }
+  EXPECT_GT(kept->bond.elements.size(), 0u);
+  EXPECT_LT(2 * kept->hood.builds, anew->hood.builds) << "lists must have been kept: no evidence";
+}
+
 TEST(Checkpoint, FitsOnlyItsOwnCase) {
   const std::string file = small_case::write("") + ".h5";
   auto s = small_case::begin();
