@@ -4,13 +4,12 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <span>
 
 namespace fem {
 
 using core::Mat3;
 using core::Vec3;
-using Corners = std::array<Vec3, 8>;
+using AtCorners = std::array<Vec3, 8>;
 
 /// An element's corners and the part of their motions that is neither a translation nor a rotation.
 class Strainer {
@@ -26,7 +25,7 @@ class Strainer {
     }
     inverse_ = spin.inverse();
   }
-  Corners operator()(Corners a) const {
+  AtCorners operator()(AtCorners a) const {
     Vec3 mean = Vec3::Zero(), torque = Vec3::Zero();
     for (const auto& v : a) mean += 0.125 * v;
     for (std::size_t c = 0; c < 8; ++c) torque += r_[c].cross(a[c]);
@@ -36,12 +35,12 @@ class Strainer {
   }
 
  private:
-  Corners r_;
+  AtCorners r_;
   Mat3 inverse_;
 };
 
-static Corners corners_of(const Mesh& mesh, std::size_t el, const std::vector<Vec3>& a) {
-  Corners c;
+static AtCorners corners_of(const Mesh& mesh, std::size_t el, const std::vector<Vec3>& a) {
+  AtCorners c;
   for (std::size_t k = 0; k < 8; ++k) c[k] = a[static_cast<std::size_t>(mesh.elements.node[el][k])];
   return c;
 }
@@ -51,7 +50,7 @@ static bool squeezed(const Elements& e, std::size_t el) { return e.dt[el] < 0.9 
 /// Does it strain by less than a hundredth while sound crosses it?
 static bool quiet(const Mesh& mesh, std::size_t el) {
   constexpr double most = 0.01;
-  const Corners v = corners_of(mesh, el, mesh.nodes.v);
+  const AtCorners v = corners_of(mesh, el, mesh.nodes.v);
   const Vec3 mean = (((v[0] + v[1]) + (v[2] + v[3])) + ((v[4] + v[5]) + (v[6] + v[7]))) / 8;
   const double limit = most * mesh.elements.pt.c[el];
   return std::all_of(v.begin(), v.end(), [&](const Vec3& a) { return (a - mean).squaredNorm() < limit * limit; });
@@ -141,8 +140,8 @@ class Inertia {
   const std::vector<std::uint32_t>& nodes() const { return nodes_; }
 
   /// The corner forces against accelerations, -M_e a, and likewise momenta against velocities.
-  Corners against(std::size_t k, const std::vector<Vec3>& a) const {
-    Corners c;
+  AtCorners against(std::size_t k, const std::vector<Vec3>& a) const {
+    AtCorners c;
     for (std::size_t i = 0; i < 8; ++i) c[i] = a[at_[k][i]];
     c = strainer_[k](c);
     for (auto& v : c) v *= -mass_[k];
@@ -181,7 +180,7 @@ class Inertia {
   void apply(const std::vector<Vec3>& a, std::vector<Vec3>& f) const {
     for (std::size_t i = 0; i < nodes_.size(); ++i) f[i] = mesh_.nodes.m[nodes_[i]] * a[i];
     for (std::size_t k = 0; k < at_.size(); ++k) {
-      const Corners c = against(k, a);
+      const AtCorners c = against(k, a);
       for (std::size_t i = 0; i < 8; ++i) f[at_[k][i]] -= c[i];
     }
     for (std::size_t i = 0; i < nodes_.size(); ++i) f[i] = free_part(i, f[i]);
@@ -208,7 +207,7 @@ double add_inertia(Mesh& mesh, const std::vector<Slowed>& slowed) {
   const auto a = inertia.solve(force);
   double energy = 0;
   for (std::size_t k = 0; k < slowed.size(); ++k) {
-    const Corners f = inertia.against(k, a), momentum = inertia.against(k, v);
+    const AtCorners f = inertia.against(k, a), momentum = inertia.against(k, v);
     for (std::size_t c = 0; c < 8; ++c) {
       for (int d = 0; d < 3; ++d) mesh.elements.corner_force[corner_index(slowed[k].element, static_cast<int>(c), d)] += f[c][d];
       energy -= 0.5 * momentum[c].dot(mesh.nodes.v[static_cast<std::size_t>(mesh.elements.node[slowed[k].element][c])]);
