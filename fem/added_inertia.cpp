@@ -83,7 +83,8 @@ double step_with_few_slowed(const Mesh& mesh, core::MinWhere shortest) {
   constexpr std::size_t one_in = 100;
   const Elements& e = mesh.elements;
   if (!(shortest.value < 1e300) || !squeezed(e, shortest.index) || !quiet(mesh, shortest.index)) return shortest.value;
-  const std::size_t few = mesh.awake_blocks.size() * block_size / one_in;
+  // what nothing has reached does not count, asleep or awake
+  const std::size_t few = core::sum(e.size(), std::size_t{0}, [&](std::size_t el) { return std::size_t{e.alive[el] && e.deformation[el] > 0}; }) / one_in;
   const auto longest = [&](double below, auto&& may) {
     const auto counts = count_by_step(mesh, shortest.value, below, few + 1, may);
     std::size_t part = 0;

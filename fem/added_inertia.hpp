@@ -21,7 +21,7 @@ struct Slowed {
 };
 
 /// The step [s] for all elements if a few may be slowed: those squeezed to less than they bore at first, and which deform by less than
-/// a hundredth while sound crosses them; one in a hundred of those awake, and none by more than twice. shortest: of all
+/// a hundredth while sound crosses them; one in a hundred of those ever strained, and none by more than twice. shortest: of all
 /// elements that count, and where.
 double step_with_few_slowed(const Mesh& mesh, core::MinWhere shortest);
 

@@ -115,6 +115,7 @@ TEST(FewSlowed, AreSqueezedQuietAndOneInAHundred) {
   auto mesh = mesh_of(fem::box(line, line, line));
   auto& dt = mesh.elements.dt;
   const auto step = [&] { return fem::step_with_few_slowed(mesh, fem::stable_step(mesh, 0)); };
+  std::fill(mesh.elements.deformation.begin(), mesh.elements.deformation.end(), 0.1);
   EXPECT_EQ(step(), 1) << "as built";
   for (std::size_t k = 0; k < 8; ++k) dt[100 * k] = 0.6 + 0.01 * static_cast<double>(k);
   const double all = step();
@@ -124,6 +125,14 @@ TEST(FewSlowed, AreSqueezedQuietAndOneInAHundred) {
   ASSERT_EQ(slowed.size(), 8u);
   EXPECT_EQ(slowed[1].element, 100u);
   EXPECT_NEAR(slowed[1].inertia, std::pow(all / 0.61, 2) - 1, 1e-12);
+
+  const auto awake = mesh.awake_blocks;
+  mesh.awake_blocks.resize(10);
+  EXPECT_EQ(step(), all) << "whatever sleeps";
+  mesh.awake_blocks = awake;
+  std::fill_n(mesh.elements.deformation.begin() + 200, 300, 0.0);
+  EXPECT_LT(step(), 0.67) << "eight of seven hundred that were strained";
+  std::fill_n(mesh.elements.deformation.begin() + 200, 300, 0.1);
 
   dt[0] = 0.3;
   EXPECT_EQ(step(), 0.6) << "none by more than twice";
