@@ -172,6 +172,20 @@ TEST(Elements, ASpinningBallKeepsItsAngularMomentum) {
   EXPECT_GT(s->ledger.hourglass, 0);  // hourglass forces are part of the evidence
 }
 
+TEST(FewSlowed, SleepAndThreadsGiveTheSameBits) {
+  const int before = core::threads();
+  std::vector<std::unique_ptr<app::Simulation>> runs;
+  for (const char* sleep : {"off", "exact", "exact"}) {
+    core::set_threads(runs.size() < 2 ? 1 : 2);
+    runs.push_back(small_case::begin({std::string("run.sleep=\"") + sleep + "\"", "run.end=\"2 us\"", "body.bumper.size=[\"30 mm\", \"30 mm\"]", "body.bumper.fine_radius=\"4 mm\""}));
+    small_case::run(*runs.back(), 1 << 20);
+  }
+  core::set_threads(before);
+  EXPECT_GT(runs[0]->work.element_updates_slowed, 0u) << "nothing was slowed: no evidence";
+  EXPECT_GT(runs[1]->work.element_updates_asleep, 0u) << "nothing slept: no evidence";
+  for (const std::size_t k : {1u, 2u}) EXPECT_EQ(small_case::differences(*runs[0], *runs[k]), "");
+}
+
 TEST(Neighbours, NoSumDependsOnWhenListsWereMade) {
   // A wall coarse enough for its elements to be six times as wide as the particles that strike it.
   const std::string coarse = std::string(small_case::text) + R"(
