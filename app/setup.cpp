@@ -74,8 +74,7 @@ static measure::Scene make_scene(const io::Case& spec, const std::vector<PlacedB
     k.thickness = k.extent[2];
     for (const auto& wall : spec.walls) {
       const Vec3 away = wall.normal.normalized();
-      if (body.shape != io::Shape::cylinder || std::abs(away.dot(k.normal)) < 1 - 1e-9 || !(body.velocity.dot(away) < 0)) continue;
-      k.bar_length = body.length, k.bar_axis = away;
+      if (body.shape == io::Shape::cylinder && std::abs(away.dot(k.normal)) >= 1 - 1e-9 && body.velocity.dot(away) < 0) k.bar_axis = away;
     }
     k.rho_0 = material.rho_0;
     k.e_melt = material.e_melt, k.e_melted = material.e_melted;

@@ -93,8 +93,8 @@ void measure_bar(const Whole& whole, const Scene& scene, int body, Result& resul
     if (p.radius <= on_axis * radius) length = std::max(length, p.height + p.half);
   }
   add(result, bar.name + ".final_length", length, "m");
-  if (const auto d = widest(points, [&](const Outer& p) { return p.height < at_foot * bar.bar_length; })) add(result, bar.name + ".foot_diameter", *d, "m");
-  if (const auto d = diameter_at(points, at_fifth * bar.bar_length, bar.bar_length)) add(result, bar.name + ".diameter_at_fifth", *d, "m");
+  if (const auto d = widest(points, [&](const Outer& p) { return p.height < at_foot * bar.extent.z(); })) add(result, bar.name + ".foot_diameter", *d, "m");
+  if (const auto d = diameter_at(points, at_fifth * bar.extent.z(), bar.extent.z())) add(result, bar.name + ".diameter_at_fifth", *d, "m");
 }
 
 }  // namespace measure

@@ -35,8 +35,7 @@ struct BodyScene {
   bool is_projectile = false;       ///< the body that moves
   core::Vec3 center{0, 0, 0}, normal{0, 0, 1};  ///< as built [m]; the front face is at center + normal * thickness / 2
   double thickness = 0;             ///< [m]
-  double bar_length = 0;            ///< as built, of a cylinder that strikes a rigid wall end on; 0 of others [m]
-  core::Vec3 bar_axis{0, 0, 1};     ///< of that cylinder, away from the wall
+  core::Vec3 bar_axis{0, 0, 0};     ///< away from the wall, of a cylinder that strikes a rigid one end on; zero of others
   core::Vec3 extent{0, 0, 0};       ///< full edges in the body's own axes [m]
   double rho_0 = 0;                 ///< reference density; 0 where unknown: expanded particles then count as large [kg/m3]
   double initial_mass = 0;          ///< of the whole body (all symmetry copies) [kg]

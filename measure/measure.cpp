@@ -37,7 +37,7 @@ Result measure(Matter matter, const Scene& scene) {
   Result result;
   for (const int body : whole.plates) measure_plate(whole, scene, body, result);
   for (std::size_t b = 0; b < scene.bodies.size(); ++b)
-    if (scene.bodies[b].bar_length > 0) measure_bar(whole, scene, static_cast<int>(b), result);
+    if (!scene.bodies[b].bar_axis.isZero(0)) measure_bar(whole, scene, static_cast<int>(b), result);
   if (whole.impact_speed > 0 && !scene.plates.empty()) {
     for (std::size_t k = 0; k < scene.plates.size(); ++k) measure_cloud_behind(whole, scene, k, result);
     for (std::size_t k = 0; k < scene.plates.size(); ++k) measure_debris_behind(whole, scene, k, result);

@@ -17,7 +17,7 @@ measure::Scene scene(const Vec3& normal) {
   bar.name = "bar";
   bar.center = 0.5 * length_0 * normal + Vec3(1, 2, 3) * mm;
   bar.normal = bar.bar_axis = normal;
-  bar.bar_length = length_0;
+  bar.extent = Vec3(2 * top, 2 * top, length_0);
   return s;
 }
 
@@ -95,7 +95,7 @@ TEST(Bar, IsOnlyWhatStruckAWallEndOn) {
   auto s = scene({0, 0, 1});
   measure::Matter m;
   add_block(m, cone(s, -1, 20));
-  s.bodies[0].bar_length = 0;
+  s.bodies[0].bar_axis.setZero();
   EXPECT_FALSE(find(measure::measure(m, s), "bar.final_length"));
 }
 
