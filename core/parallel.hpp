@@ -51,6 +51,19 @@ void for_each_share(std::size_t n, F&& f) {
   for_each_block(parts, 1, [&](std::size_t part, std::size_t) { f(n * part / parts, n * (part + 1) / parts); });
 }
 
+/// What add(k, list) appends for k in [0, n), in order.
+template <class T, class Add>
+std::vector<T> collect(std::size_t n, Add&& add) {
+  constexpr std::size_t block = 1024;
+  std::vector<std::vector<T>> part((n + block - 1) / block);
+  for_each_block(n, block, [&](std::size_t first, std::size_t last) {
+    for (std::size_t k = first; k < last; ++k) add(k, part[first / block]);
+  });
+  std::vector<T> all;
+  for (const auto& list : part) all.insert(all.end(), list.begin(), list.end());
+  return all;
+}
+
 constexpr std::size_t reduction_block = 1024;
 
 /// combine over blocks of fixed size, partial results joined in order: the same bits on any number of threads.

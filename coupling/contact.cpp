@@ -53,17 +53,11 @@ static PointRef point_ref(const Matter& a, const ContactPoint& point) {
 
 static PointRef node_ref(const Matter& a, std::uint32_t nd) { return point_ref(a, {nd, false}); }
 
-static Vec3 free_part(Vec3 a, int fixed) {
-  for (int d = 0; d < 3; ++d)
-    if (fixed >> d & 1) a[d] = 0;
-  return a;
-}
-
 // ------------------------------------------------------------------------------------------------ impulses
 
 /// Changes a velocity by dv where it is free, and the mean velocity over the step with it.
 static void push(const Matter& a, const PointRef& p, const Vec3& dv) {
-  const Vec3 d = free_part(dv, p.fixed);
+  const Vec3 d = fem::free_part(dv, p.fixed);
   *p.v += d;
   *p.v_mean += 0.5 * d;
   *p.changed = ++a.changes.count;
@@ -99,9 +93,9 @@ static void apply(const Matter& a, const PointRef& p, const FaceNodes& node, con
                   const ContactSettings& settings, Exchange& exchange) {
   auto& n = a.mesh.nodes;
   const auto inverse_mass = [&](const Vec3& direction) {
-    double s = free_part(direction, p.fixed).squaredNorm() / p.m;
+    double s = fem::free_part(direction, p.fixed).squaredNorm() / p.m;
     for (std::size_t k = 0; k < 4; ++k)
-      s += m.weight[k] * m.weight[k] * free_part(direction, n.fixed[node[k]]).squaredNorm() / n.m[node[k]];
+      s += m.weight[k] * m.weight[k] * fem::free_part(direction, n.fixed[node[k]]).squaredNorm() / n.m[node[k]];
     return s;
   };
   const double inverse = inverse_mass(m.normal);
@@ -142,19 +136,6 @@ struct ActivePair {
   bool operator==(const ActivePair& o) const { return face_key == o.face_key && point_key == o.point_key; }
 };
 
-/// What add(k, list) appends for k in [0, n), in order.
-template <class T, class Add>
-static std::vector<T> collect(std::size_t n, Add&& add) {
-  constexpr std::size_t block = 1024;
-  std::vector<std::vector<T>> part((n + block - 1) / block);
-  core::for_each_block(n, block, [&](std::size_t first, std::size_t last) {
-    for (std::size_t k = first; k < last; ++k) add(k, part[first / block]);
-  });
-  std::vector<T> all;
-  for (const auto& list : part) all.insert(all.end(), list.begin(), list.end());
-  return all;
-}
-
 static std::uint64_t key(const ContactPoint& p) { return (static_cast<std::uint64_t>(p.particle) << 32) | p.index; }
 
 static std::uint64_t last_change(const Matter& a, const FaceNodes& node) {
@@ -170,7 +151,7 @@ static std::vector<Candidate> near_pairs(const Matter& a, const ContactLists& l)
   core::for_each(l.faces.size(), [&](std::size_t f) {
     if (l.faces[f].paired && alive[l.faces[f].face.element]) swept[f] = face_sweep(a.mesh.nodes, l.faces[f].node, ahead);
   });
-  return collect<Candidate>(l.candidates.size(), [&](std::size_t k, std::vector<Candidate>& found) {
+  return core::collect<Candidate>(l.candidates.size(), [&](std::size_t k, std::vector<Candidate>& found) {
     const Candidate pair = l.candidates[k];
     const PointRef p = point_ref(a, l.points[pair.point]);
     if (alive[l.faces[pair.face].face.element] && p.m > 0 && swept[pair.face].reaches(*p.x, *p.v))
@@ -184,7 +165,7 @@ static std::vector<ActivePair> detect(const Matter& a, const std::vector<Candida
   if (a.changes.count == since) return {};
   const ContactLists& l = c.lists;
   c.pairs_tested += pairs.size();
-  auto met = collect<ActivePair>(pairs.size(), [&](std::size_t k, std::vector<ActivePair>& found) {
+  auto met = core::collect<ActivePair>(pairs.size(), [&](std::size_t k, std::vector<ActivePair>& found) {
     const ContactPoint& point = l.points[pairs[k].point];
     const ContactFace& f = l.faces[pairs[k].face];
     const PointRef p = point_ref(a, point);
@@ -315,7 +296,7 @@ class ImpactZones {
         mass += p.m;
         fixed |= p.fixed;
       }
-      const Vec3 v = free_part(momentum / mass, fixed);
+      const Vec3 v = fem::free_part(momentum / mass, fixed);
       for (const Key k : zone) {
         PointRef p = point_ref(a_, point(k));
         p.fixed = 0;  // v has no part along what is held
@@ -380,7 +361,7 @@ static void resolve_walls(const Matter& a, const std::vector<Wall>& walls, std::
                          : ContactPoint{static_cast<std::uint32_t>(k - n_nodes), true};
     };
     const auto allowed = [&](const PointRef& p) { return -std::max(wall.normal.dot(*p.x - wall.point), 0.0) / a.dt; };
-    const auto stopped = collect<ContactPoint>(n_nodes + a.particles.size(), [&](std::size_t k, auto& found) {
+    const auto stopped = core::collect<ContactPoint>(n_nodes + a.particles.size(), [&](std::size_t k, auto& found) {
       const PointRef p = point_ref(a, point(k));
       if (p.m > 0 && wall.normal.dot(*p.v) < allowed(p)) found.push_back(point(k));
     });

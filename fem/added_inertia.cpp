@@ -11,16 +11,20 @@ using core::Mat3;
 using core::Vec3;
 using AtCorners = std::array<Vec3, 8>;
 
+static AtCorners corners_of(const Mesh& mesh, std::size_t el, const std::vector<Vec3>& a) {
+  AtCorners c;
+  for (std::size_t k = 0; k < 8; ++k) c[k] = a[static_cast<std::size_t>(mesh.elements.node[el][k])];
+  return c;
+}
+
 /// An element's corners and the part of their motions that is neither a translation nor a rotation.
 class Strainer {
  public:
-  Strainer(const Mesh& mesh, std::size_t el) {
-    const auto& node = mesh.elements.node[el];
-    Vec3 centre = Vec3::Zero();
-    for (std::size_t c = 0; c < 8; ++c) r_[c] = mesh.nodes.x[static_cast<std::size_t>(node[c])], centre += 0.125 * r_[c];
+  Strainer(const Mesh& mesh, std::size_t el) : r_(corners_of(mesh, el, mesh.nodes.x)) {
+    const Vec3 middle = centre(mesh, el, mesh.nodes.x);
     Mat3 spin = Mat3::Zero();
     for (auto& r : r_) {
-      r -= centre;
+      r -= middle;
       spin += r.squaredNorm() * Mat3::Identity() - r * r.transpose();
     }
     inverse_ = spin.inverse();
@@ -39,19 +43,13 @@ class Strainer {
   Mat3 inverse_;
 };
 
-static AtCorners corners_of(const Mesh& mesh, std::size_t el, const std::vector<Vec3>& a) {
-  AtCorners c;
-  for (std::size_t k = 0; k < 8; ++k) c[k] = a[static_cast<std::size_t>(mesh.elements.node[el][k])];
-  return c;
-}
-
 static bool squeezed(const Elements& e, std::size_t el) { return e.dt[el] < 0.9 * e.dt_0[el]; }
 
 /// Does it strain by less than a hundredth while sound crosses it?
 static bool quiet(const Mesh& mesh, std::size_t el) {
   constexpr double most = 0.01;
   const AtCorners v = corners_of(mesh, el, mesh.nodes.v);
-  const Vec3 mean = (((v[0] + v[1]) + (v[2] + v[3])) + ((v[4] + v[5]) + (v[6] + v[7]))) / 8;
+  const Vec3 mean = centre(mesh, el, mesh.nodes.v);
   const double limit = most * mesh.elements.pt.c[el];
   return std::all_of(v.begin(), v.end(), [&](const Vec3& a) { return (a - mean).squaredNorm() < limit * limit; });
 }
@@ -98,18 +96,11 @@ double step_with_few_slowed(const Mesh& mesh, core::MinWhere shortest) {
 
 std::vector<Slowed> slowed_elements(const Mesh& mesh, double dt) {
   const Elements& e = mesh.elements;
-  constexpr std::size_t block = 1024;
-  std::vector<std::vector<Slowed>> part((e.size() + block - 1) / block);
-  core::for_each_block(e.size(), block, [&](std::size_t first, std::size_t last) {
-    for (std::size_t el = first; el < last; ++el)
-      if (e.dt[el] < dt && squeezed(e, el)) {
-        const double ratio = dt / e.dt[el];
-        part[first / block].push_back({static_cast<std::uint32_t>(el), ratio * ratio - 1});
-      }
+  return core::collect<Slowed>(e.size(), [&](std::size_t el, std::vector<Slowed>& slowed) {
+    if (!(e.dt[el] < dt) || !squeezed(e, el)) return;
+    const double ratio = dt / e.dt[el];
+    slowed.push_back({static_cast<std::uint32_t>(el), ratio * ratio - 1});
   });
-  std::vector<Slowed> all;
-  for (const auto& p : part) all.insert(all.end(), p.begin(), p.end());
-  return all;
 }
 
 namespace {
@@ -171,12 +162,6 @@ class Inertia {
     return a;
   }
 
-  Vec3 free_part(std::size_t i, Vec3 a) const {
-    for (int d = 0; d < 3; ++d)
-      if (mesh_.nodes.fixed[nodes_[i]] >> d & 1) a[d] = 0;
-    return a;
-  }
-
  private:
   void apply(const std::vector<Vec3>& a, std::vector<Vec3>& f) const {
     for (std::size_t i = 0; i < nodes_.size(); ++i) f[i] = mesh_.nodes.m[nodes_[i]] * a[i];
@@ -184,7 +169,7 @@ class Inertia {
       const AtCorners c = against(k, a);
       for (std::size_t i = 0; i < 8; ++i) f[at_[k][i]] -= c[i];
     }
-    for (std::size_t i = 0; i < nodes_.size(); ++i) f[i] = free_part(i, f[i]);
+    for (std::size_t i = 0; i < nodes_.size(); ++i) f[i] = free_part(f[i], mesh_.nodes.fixed[nodes_[i]]);
   }
 
   const Mesh& mesh_;
@@ -202,7 +187,7 @@ double add_inertia(Mesh& mesh, const std::vector<Slowed>& slowed) {
   const Inertia inertia(mesh, slowed);
   std::vector<Vec3> force, v;
   for (const auto nd : inertia.nodes()) {
-    force.push_back(inertia.free_part(force.size(), force_at(mesh, nd)));
+    force.push_back(free_part(force_at(mesh, nd), mesh.nodes.fixed[nd]));
     v.push_back(mesh.nodes.v[nd]);
   }
   const auto a = inertia.solve(force);

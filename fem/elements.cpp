@@ -11,9 +11,7 @@ void kick_nodes(Mesh& mesh, double dt) {
   Nodes& n = mesh.nodes;
   for_each_node_awake(mesh, [&](std::size_t nd) {
     if (!n.awake[nd] || n.m[nd] == 0) return;
-    Vec3 dv = force_at(mesh, nd) * (dt / n.m[nd]);
-    for (int d = 0; d < 3; ++d)
-      if (n.fixed[nd] >> d & 1) dv[d] = 0;
+    const Vec3 dv = free_part(force_at(mesh, nd) * (dt / n.m[nd]), n.fixed[nd]);
     n.v_mean[nd] = n.v[nd] + 0.5 * dv;
     n.v[nd] += dv;
   });

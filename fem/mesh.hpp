@@ -95,6 +95,13 @@ inline void gather(const Elements& elements, std::size_t el, const std::vector<c
   }
 }
 
+/// The part of a vector along which a node may move. fixed: bits of Nodes::fixed.
+inline core::Vec3 free_part(core::Vec3 a, int fixed) {
+  for (int d = 0; d < 3; ++d)
+    if (fixed >> d & 1) a[d] = 0;
+  return a;
+}
+
 /// What elements and bonded particles do to a node [N]; summed in fixed order.
 inline core::Vec3 force_at(const Mesh& mesh, std::size_t nd) {
   core::Vec3 f = mesh.nodes.f.empty() ? core::Vec3(0, 0, 0) : mesh.nodes.f[nd];
