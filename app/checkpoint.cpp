@@ -104,10 +104,10 @@ double state_bytes(Simulation& s) {
 
 void read_checkpoint(Simulation& s, const std::string& path) {
   io::ArchiveReader a(path);
-  const auto stored = a.get<std::vector<double>>("nodes/m").size();
-  if (stored != s.mesh.nodes.size())
-    throw core::CaseError(fmt::format("{}: holds {} nodes, but the case beside it builds {}: it belongs to another case",
-                                      path, stored, s.mesh.nodes.size()));
+  const auto stored = a.get<std::size_t>("run/n_elements_initial");
+  if (stored != s.n_elements_initial)
+    throw core::CaseError(fmt::format("{}: is of a run of {} elements, but the case beside it builds {}: it belongs to another case",
+                                      path, stored, s.n_elements_initial));
   state(a, s);
   s.bond.ring.clear();
   s.hood.valid = false;

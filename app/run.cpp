@@ -128,17 +128,21 @@ struct Output {
   std::size_t warnings_told = 0;
   Background background{};
 
+  /// Bytes that are copied and written while the run goes on; more is written as it stands, before the run goes on.
+  static constexpr double most_copied = 64e6;
+
+  void write_snapshot(const Simulation& s) {
+    snapshots.append(snapshot_size(s), [&](io::SnapshotSink& to) { give_snapshot(s, to); });
+  }
   void add_snapshot(const Simulation& s) {
     background.wait();  // one copy of the state at a time
+    if (snapshot_size(s).bytes() > most_copied) return write_snapshot(s);
     background.start([this, snapshot = take_snapshot(s)] { snapshots.append(snapshot); });
   }
-
-  /// On another thread, where there is room for a copy of the state.
   void add_checkpoint(Simulation& s) {
-    constexpr double most = 0.5;
     const std::string path = dir + "/checkpoint.h5";
     background.wait();
-    if (state_bytes(s) > most * available_memory()) return write_checkpoint(s, path);
+    if (state_bytes(s) > most_copied) return write_checkpoint(s, path);
     background.start([copy = copy_state(s), path]() mutable { copy.write(path); });
   }
 
@@ -163,7 +167,8 @@ static double next_multiple(double time, double every) { return every * (std::fl
 static void advance_to_end(Simulation& s, Output& out) {
   Progress progress(s.time, s.spec.end);
   double last_checkpoint = 0, next_history = next_multiple(s.time, out.history_every);
-  while (s.time < s.spec.end * (1 - 1e-12)) {
+  const auto ended = [&] { return s.time >= s.spec.end * (1 - 1e-12); };  // the last state is stored after the loop
+  while (!ended()) {
     if (interrupted) return progress.end();
     const double next_output = next_multiple(s.time, out.every);
     choose_step(s, s.spec.end);
@@ -175,7 +180,7 @@ static void advance_to_end(Simulation& s, Output& out) {
       out.add_history(s);
       next_history = next_multiple(s.time, out.history_every);
     }
-    if (s.time >= next_output) out.add_snapshot(s);
+    if (s.time >= next_output && !ended()) out.add_snapshot(s);
     if (progress.seconds() - last_checkpoint > out.checkpoint_every) {
       out.add_checkpoint(s);
       last_checkpoint = progress.seconds();
@@ -183,6 +188,14 @@ static void advance_to_end(Simulation& s, Output& out) {
   }
   out.background.wait();
   progress.end();
+}
+
+/// Frees what only a further step would need.
+static void end_steps(Simulation& s) {
+  const auto builds = s.hood.builds;
+  core::free_all(s.hood, s.contact.lists, s.contact.changes, s.bond, s.correction, s.velocity_gradient);
+  s.hood.builds = builds;
+  core::free_all(s.mesh.elements.corner_force, s.mesh.corners, s.mesh.nodes.v_mean, s.mesh.nodes.f);
 }
 
 /// Runs to the end or to what stops it, saves the state, reports. Returns the exit code.
@@ -213,10 +226,14 @@ static int conclude(Simulation& s, Output& out, double wall_before) {
   // The state first, then what is derived from it, the summary last; a disk that is full may refuse any of them.
   try {
     write_checkpoint(s, out.dir + "/checkpoint.h5");
-    auto snapshot = take_snapshot(s);
-    if (std::isfinite(s.ledger.energy_error)) out.snapshots.append(snapshot);
+    end_steps(s);
+    if (std::isfinite(s.ledger.energy_error)) out.write_snapshot(s);
     if (code != 130) out.add_history(s);  // a resumed run's history has the rows of one that was not interrupted
-    const auto result = measure_snapshot(std::move(snapshot), scene_now(s), s.frozen);
+    info.elements = s.mesh.n_alive, info.particles = s.particles.size();
+    const auto scene = scene_now(s);
+    auto snapshot = take_snapshot(s);
+    core::free_all(s.mesh, s.particles);
+    const auto result = measure_snapshot(std::move(snapshot), scene, s.frozen);
     write_fragments(out.dir, result);
     write_summary(out.dir, s, result, info);
     const std::string report = measurement_table(s.spec, result) + ledger_table(s);
@@ -265,7 +282,7 @@ int run(const io::Case& spec, const std::string& dir, bool force) {
   fmt::print("{}: {} elements, {} particles, mode {}, end {:.4g} us\n", spec.title, s->mesh.n_alive, s->particles.size(),
              io::to_string(spec.mode), spec.end * 1e6);
   out.add_history(*s);
-  out.snapshots.append(take_snapshot(*s));
+  out.write_snapshot(*s);
   return conclude(*s, out, 0);
 }
 

@@ -15,67 +15,64 @@ using core::Vec3;
 static const std::string frozen_prefix = "frozen:";
 static std::string impulse_name(const std::string& body, int d) { return std::string("impulse_") + "xyz"[d] + ":" + body; }
 
-static std::vector<std::size_t> alive_rows(const fem::Elements& e) {
-  std::vector<std::size_t> rows;
-  for (std::size_t el = 0; el < e.size(); ++el)
-    if (e.alive[el]) rows.push_back(el);
-  return rows;
+constexpr std::size_t n_fields = 12;
+
+io::SnapshotSize snapshot_size(const Simulation& s) {
+  return {s.time, s.steps, s.mesh.nodes.size(), s.mesh.n_alive, s.particles.size(), n_fields};
 }
 
-/// A field of the material points, elements and particles alike.
-static io::Snapshot::Field point_field(const std::string& name, const std::vector<std::size_t>& rows,
-                                       const std::vector<double>& element, const std::vector<double>& particle) {
-  io::Snapshot::Field f{name, {}, particle};
-  f.element.reserve(rows.size());
-  for (const auto el : rows) f.element.push_back(element[el]);
-  return f;
+void give_snapshot(const Simulation& s, io::SnapshotSink& to) {
+  const auto& e = s.mesh.elements;
+  const auto& p = s.particles;
+  /// A row each of what is alive: of(el), of(i).
+  const auto rows = [&](const char* name, auto&& of_element, auto&& of_particle) {
+    io::Snapshot::Field f{name, {}, {}};
+    f.element.reserve(s.mesh.n_alive);
+    for (std::size_t el = 0; el < e.size(); ++el)
+      if (e.alive[el]) f.element.push_back(of_element(el));
+    f.particle.reserve(p.size());
+    for (std::size_t i = 0; i < p.size(); ++i) f.particle.push_back(of_particle(i));
+    to.field(std::move(f));
+  };
+  const auto point = [&](const char* name, const std::vector<double>& a, const std::vector<double>& b) {
+    rows(name, [&](std::size_t el) { return a[el]; }, [&](std::size_t i) { return b[i]; });
+  };
+  const auto edge = [](const core::Points& pt) { return [&pt](std::size_t k) { return std::cbrt(pt.m[k] / pt.rho[k]); }; };
+
+  to.vectors("node_x", s.mesh.nodes.x);
+  to.vectors("node_v", s.mesh.nodes.v);
+  {
+    std::vector<std::array<std::int32_t, 8>> corners;
+    corners.reserve(s.mesh.n_alive);
+    for (std::size_t el = 0; el < e.size(); ++el)
+      if (e.alive[el]) corners.push_back(e.node[el]);
+    to.corners(corners);
+  }
+  to.vectors("particle_x", p.x);
+  to.vectors("particle_v", p.v);
+  point("mass", e.pt.m, p.pt.m);
+  point("density", e.pt.rho, p.pt.rho);
+  point("pressure", e.pt.p, p.pt.p);
+  point("internal_energy", e.pt.e, p.pt.e);
+  point("temperature", e.pt.T, p.pt.T);
+  point("plastic_strain", e.pt.eps_p, p.pt.eps_p);
+  point("damage", e.pt.damage, p.pt.damage);
+  point("peak_pressure", e.pt.p_max, p.pt.p_max);
+  rows("speed", [&](std::size_t el) { return fem::centre(s.mesh, el, s.mesh.nodes.v).norm(); }, [&](std::size_t i) { return p.v[i].norm(); });
+  rows("body", [&](std::size_t el) { return e.body[el]; }, [&](std::size_t i) { return p.body[i]; });
+  rows("size", edge(e.pt), edge(p.pt));
+  rows("id", [&](std::size_t el) { return static_cast<double>(el); }, [&](std::size_t i) { return p.parent[i]; });
+
+  const measure::Scene scene = scene_now(s);
+  to.scalar("peak_pressure_axis", scene.peak_pressure_axis);
+  to.scalar("peak_pressure_max", scene.peak_pressure_max);
+  for (const auto& b : scene.bodies)
+    for (int d = 0; d < 3; ++d) to.scalar(impulse_name(b.name, d), b.impulse[d]);
+  for (const auto& v : s.frozen) to.scalar(frozen_prefix + v.key + "|" + v.unit, v.value);
 }
 
 io::Snapshot take_snapshot(const Simulation& s) {
-  const auto& e = s.mesh.elements;
-  const auto& p = s.particles;
-  const auto rows = alive_rows(e);
-  io::Snapshot r;
-  r.time = s.time;
-  r.step = s.steps;
-  r.node_x = s.mesh.nodes.x;
-  r.node_v = s.mesh.nodes.v;
-  r.element_node.reserve(rows.size());
-  for (const auto el : rows) r.element_node.push_back(e.node[el]);
-  r.particle_x = p.x;
-  r.particle_v = p.v;
-  const auto add = [&](const char* name, const std::vector<double>& a, const std::vector<double>& b) {
-    r.fields.push_back(point_field(name, rows, a, b));
-  };
-  add("mass", e.pt.m, p.pt.m);
-  add("density", e.pt.rho, p.pt.rho);
-  add("pressure", e.pt.p, p.pt.p);
-  add("internal_energy", e.pt.e, p.pt.e);
-  add("temperature", e.pt.T, p.pt.T);
-  add("plastic_strain", e.pt.eps_p, p.pt.eps_p);
-  add("damage", e.pt.damage, p.pt.damage);
-  add("peak_pressure", e.pt.p_max, p.pt.p_max);
-  io::Snapshot::Field speed{"speed", {}, {}}, body{"body", {}, {}}, size{"size", {}, {}}, id{"id", {}, {}};
-  for (auto* f : {&speed, &body, &size, &id}) f->element.reserve(rows.size()), f->particle.reserve(p.size());
-  for (const auto el : rows) {
-    speed.element.push_back(fem::centre(s.mesh, el, s.mesh.nodes.v).norm());
-    body.element.push_back(e.body[el]);
-    size.element.push_back(std::cbrt(e.pt.m[el] / e.pt.rho[el]));
-    id.element.push_back(static_cast<double>(el));
-  }
-  for (std::size_t i = 0; i < p.size(); ++i) {
-    speed.particle.push_back(p.v[i].norm());
-    body.particle.push_back(p.body[i]);
-    size.particle.push_back(std::cbrt(p.pt.m[i] / p.pt.rho[i]));
-    id.particle.push_back(p.parent[i]);
-  }
-  for (auto* f : {&speed, &body, &size, &id}) r.fields.push_back(std::move(*f));
-  const measure::Scene scene = scene_now(s);
-  r.scalars = {{"peak_pressure_axis", scene.peak_pressure_axis}, {"peak_pressure_max", scene.peak_pressure_max}};
-  for (const auto& b : scene.bodies)
-    for (int d = 0; d < 3; ++d) r.scalars.push_back({impulse_name(b.name, d), b.impulse[d]});
-  for (const auto& v : s.frozen) r.scalars.push_back({frozen_prefix + v.key + "|" + v.unit, v.value});
-  return r;
+  return io::collect(snapshot_size(s), [&](io::SnapshotSink& to) { give_snapshot(s, to); });
 }
 
 /// Element numbers must be those of the mesh that the case builds.
@@ -171,7 +168,7 @@ measure::Matter matter_of(io::Snapshot s) {
   }
   m.node = std::move(s.element_node);
   m.node_x = std::move(s.node_x);
-  s.node_v = {};
+  core::free_all(s.node_v);
   m.x.insert(m.x.end(), s.particle_x.begin(), s.particle_x.end());
   m.v.insert(m.v.end(), s.particle_v.begin(), s.particle_v.end());
   m.m = take_field(s, "mass");

@@ -8,7 +8,10 @@
 
 namespace app {
 
-/// Everything alive, for run.h5.
+/// Everything alive, for run.h5: how much it is, and its parts, each made when it is its turn.
+io::SnapshotSize snapshot_size(const Simulation& s);
+void give_snapshot(const Simulation& s, io::SnapshotSink& to);
+/// The same as a copy.
 io::Snapshot take_snapshot(const Simulation& s);
 
 /// The matter of a snapshot: measuring a run and measuring its stored state go through here both.

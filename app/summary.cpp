@@ -91,9 +91,9 @@ static Json conservation(const Simulation& s) {
 }
 
 /// What the scene did not need, and so did not pay for.
-static Json not_needed(const Simulation& s) {
+static Json not_needed(const Simulation& s, const RunInfo& info) {
   Json r = Json::array();
-  if (s.particles.size() == 0) r.push_back("particles: none were made, no neighbour search ran");
+  if (info.particles == 0) r.push_back("particles: none were made, no neighbour search ran");
   if (s.contact.searches == 0) r.push_back("contact: nothing came near anything, no search ran");
   const int copies = s.spec.symmetry.copies();
   if (copies > 1) r.push_back(fmt::format("symmetry: 1/{} of the scene was computed", copies));
@@ -122,8 +122,8 @@ void write_summary(const std::string& dir, const Simulation& s, const measure::R
       {"cpu_seconds", info.cpu_seconds},
       {"peak_memory_bytes", peak_memory()},
       {"elements",
-       {{"initial", s.n_elements_initial}, {"alive", s.mesh.n_alive}, {"converted", s.n_converted}, {"eroded", s.n_eroded}}},
-      {"particles", {{"created", s.particles.size()}, {"final", s.particles.size()}}},
+       {{"initial", s.n_elements_initial}, {"alive", info.elements}, {"converted", s.n_converted}, {"eroded", s.n_eroded}}},
+      {"particles", {{"created", info.particles}, {"final", info.particles}}},
       {"work",
        {{"element_updates", s.work.element_updates},
         {"element_updates_asleep", s.work.element_updates_asleep},
@@ -134,7 +134,7 @@ void write_summary(const std::string& dir, const Simulation& s, const measure::R
         {"neighbour_builds", s.hood.builds},
         {"contact_searches", s.contact.searches},
         {"stage_seconds", stages}}},
-      {"not_needed", not_needed(s)},
+      {"not_needed", not_needed(s, info)},
       {"warnings", s.warnings},
       {"contact", {{"leaks", s.contact.leaks}}},
       {"conservation", conservation(s)},

@@ -13,6 +13,7 @@ struct RunInfo {
   bool completed = false;
   std::string stop_reason;
   double wall_seconds = 0, cpu_seconds = 0;
+  std::size_t elements = 0, particles = 0;  ///< alive at the end
 };
 
 /// DIR/summary.json, written to a temporary and renamed.

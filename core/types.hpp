@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <array>
+#include <utility>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -36,5 +37,11 @@ struct Symmetry {
   /// How many copies of the modelled part make the whole scene: 1, 2, 4 or 8.
   int copies() const { return (plane[0] ? 2 : 1) * (plane[1] ? 2 : 1) * (plane[2] ? 2 : 1); }
 };
+
+/// Gives back the memory of what is needed no more (`a = {}` keeps that of a vector).
+template <class... T>
+void free_all(T&... a) {
+  ((void)std::exchange(a, T{}), ...);
+}
 
 }  // namespace core

@@ -38,7 +38,7 @@ struct PointRef {
   Vec3* x;
   Vec3* v;
   Vec3* v_mean;
-  std::uint64_t* changed;
+  std::uint32_t* changed;
   double m;
   int fixed;
 };
@@ -128,7 +128,7 @@ static void apply(const Matter& a, const PointRef& p, const FaceNodes& node, con
 struct ActivePair {
   std::uint64_t face_key, point_key;
   Candidate candidate;
-  std::uint64_t tested = 0;  ///< count of changes when it was last tested
+  std::uint32_t tested = 0;  ///< count of changes when it was last tested
   Exchange exchange;
   bool operator<(const ActivePair& o) const {
     return std::tie(face_key, point_key) < std::tie(o.face_key, o.point_key);
@@ -138,7 +138,7 @@ struct ActivePair {
 
 static std::uint64_t key(const ContactPoint& p) { return (static_cast<std::uint64_t>(p.particle) << 32) | p.index; }
 
-static std::uint64_t last_change(const Matter& a, const FaceNodes& node) {
+static std::uint32_t last_change(const Matter& a, const FaceNodes& node) {
   const auto& c = a.changes.node;
   return std::max({c[node[0]], c[node[1]], c[node[2]], c[node[3]]});
 }
@@ -160,7 +160,7 @@ static std::vector<Candidate> near_pairs(const Matter& a, const ContactLists& l)
 }
 
 /// Those of the pairs that meet, ascending; only such as contact has changed after `since`. strict: that cross.
-static std::vector<ActivePair> detect(const Matter& a, const std::vector<Candidate>& pairs, std::uint64_t since, bool strict,
+static std::vector<ActivePair> detect(const Matter& a, const std::vector<Candidate>& pairs, std::uint32_t since, bool strict,
                                       Contact& c) {
   if (a.changes.count == since) return {};
   const ContactLists& l = c.lists;
@@ -419,7 +419,7 @@ static void book_walls(const Matter& a, const std::vector<LoneExchange>& exchang
 }
 
 /// What contact has not changed in this step was found not to meet: only the rest could cross.
-static void book(const Matter& a, std::uint64_t start, Contact& c, const Exchanges& x) {
+static void book(const Matter& a, std::uint32_t start, Contact& c, const Exchanges& x) {
   book_walls(a, x.walls, c);
   if (x.active.empty()) return;
   for (const auto& pair : x.active) book_pair(a, pair, c);
@@ -428,12 +428,21 @@ static void book(const Matter& a, std::uint64_t start, Contact& c, const Exchang
   wake_struck(a.mesh, x.active, c.lists);
 }
 
+void Changes::begin_step(std::size_t nodes, std::size_t particles) {
+  constexpr std::uint32_t full = 1u << 31;  // a step makes far fewer
+  if (count > full) {
+    count = 1;
+    for (auto* changed : {&node, &particle}) std::fill(changed->begin(), changed->end(), count);
+  }
+  node.resize(nodes, count);
+  particle.resize(particles, count);
+}
+
 void resolve_contact(fem::Mesh& mesh, sph::Particles& particles, const std::vector<Wall>& walls,
                      const ContactSettings& settings, double time, double dt, Contact& c) {
   c.step = 1e300;
   if (!contact_possible(mesh, particles, walls)) return;
-  c.changes.node.resize(mesh.nodes.size(), c.changes.count);
-  c.changes.particle.resize(particles.size(), c.changes.count);
+  c.changes.begin_step(mesh.nodes.size(), particles.size());
   const Matter matter{mesh, particles, dt, c.changes};
   Exchanges x;
   resolve_walls(matter, walls, x.walls);

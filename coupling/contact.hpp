@@ -28,10 +28,12 @@ struct ContactSettings {
   double friction = 0;  ///< Coulomb coefficient [-]
 };
 
-/// When contact last changed the velocity of a node or a particle, by a count of changes that only grows.
+/// When contact last changed the velocity of a node or a particle, by a count of changes that only grows within a step.
 struct Changes {
-  std::uint64_t count = 1;
-  std::vector<std::uint64_t> node, particle;
+  std::uint32_t count = 1;
+  std::vector<std::uint32_t> node, particle;
+  /// Room for so many; nothing has changed where the count would run over.
+  void begin_step(std::size_t nodes, std::size_t particles);
 };
 
 struct Contact {

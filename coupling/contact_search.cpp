@@ -21,13 +21,21 @@ static bool may_strike(const ContactPoint& p, const ContactFace& f) {
   return p.body != f.body && (p.particle || std::find(f.node.begin(), f.node.end(), p.index) == f.node.end());
 }
 
-static const Vec3& built(const ContactLists& l, const ContactPoint& p) {
-  return (p.particle ? l.particle_built : l.node_built)[p.index];
+static Vec3 built_node(const ContactLists& l, std::size_t nd) { return l.node_built[nd].cast<double>(); }
+static Vec3 built_particle(const ContactLists& l, std::size_t i) { return l.particle_built[i].cast<double>(); }
+static Vec3 built(const ContactLists& l, const ContactPoint& p) {
+  return p.particle ? built_particle(l, p.index) : built_node(l, p.index);
+}
+
+/// Rounded positions.
+static void round_to(const std::vector<Vec3>& x, std::vector<core::Vec3f>& rounded) {
+  rounded.resize(x.size());
+  core::for_each(x.size(), [&](std::size_t i) { rounded[i] = x[i].cast<float>(); });
 }
 
 static Box face_box(const ContactLists& l, const ContactFace& f) {
   Box box;
-  for (const auto nd : f.node) box.add(l.node_built[nd]);
+  for (const auto nd : f.node) box.add(built_node(l, nd));
   return box.widened(face_part * (box.high - box.low).maxCoeff() + l.reach);
 }
 
@@ -218,8 +226,8 @@ void make_lists(const fem::Mesh& mesh, const sph::Particles& particles, std::spa
     if (!l.left_out[mesh.elements.body[f.element]]) faces.push_back(f);
   l.faces.resize(faces.size());
   core::for_each(faces.size(), [&](std::size_t f) { l.faces[f] = contact_face(mesh, faces[f]); });
-  l.node_built = mesh.nodes.x;
-  l.particle_built = particles.x;
+  round_to(mesh.nodes.x, l.node_built);
+  round_to(particles.x, l.particle_built);
   l.candidates.clear();
   l.valid = true;
   if (l.faces.empty()) return;
@@ -245,7 +253,7 @@ static void add_pair(ContactLists& l, const Candidate& pair) {
 
 /// False where nothing was when the lists were made: then nobody knows what is near.
 static bool add_point(ContactLists& l, const ContactPoint& point) {
-  const Vec3& x = built(l, point);
+  const Vec3 x = built(l, point);
   const auto b = l.cells.find(l.cells.cell(x));
   if (b == Cells::none) return false;
   const auto k = static_cast<std::uint32_t>(l.points.size());
@@ -285,8 +293,10 @@ static bool add_face(ContactLists& l, const ContactFace& face) {
 /// Where a particle would have been when the lists were made, had it moved as the element that it was.
 static Vec3 earlier(const fem::Mesh& mesh, const sph::Particles& p, std::size_t i, const ContactLists& l) {
   Vec3 moved = Vec3::Zero();
-  for (const auto nd : mesh.elements.node[p.parent[i]])
-    moved += mesh.nodes.x[static_cast<std::size_t>(nd)] - l.node_built[static_cast<std::size_t>(nd)];
+  for (const auto node : mesh.elements.node[p.parent[i]]) {
+    const auto nd = static_cast<std::size_t>(node);
+    moved += mesh.nodes.x[nd] - built_node(l, nd);
+  }
   return p.x[i] - moved / 8;
 }
 
@@ -301,7 +311,7 @@ static bool extend(const fem::Mesh& mesh, const sph::Particles& particles, Conta
     if (!add_point(l, {nd, false, body_of_node(mesh, nd)})) return false;
   for (std::size_t i = before; i < particles.size(); ++i) {
     if (l.left_out[particles.body[i]]) return false;
-    l.particle_built.push_back(earlier(mesh, particles, i, l));
+    l.particle_built.push_back(earlier(mesh, particles, i, l).cast<float>());
     if (!add_point(l, {static_cast<std::uint32_t>(i), true, -1})) return false;
   }
   return std::all_of(l.surface.new_faces.begin(), l.surface.new_faces.end(),
@@ -322,11 +332,11 @@ static bool hold(const fem::Mesh& mesh, const sph::Particles& particles, double 
       for (const auto k : l.bins[b].points) {
         const auto& p = l.points[k];
         if (p.particle) {
-          m.all.add(particles.x[p.index] - l.particle_built[p.index] + ahead * particles.v[p.index]);
+          m.all.add(particles.x[p.index] - built_particle(l, p.index) + ahead * particles.v[p.index]);
         } else if (!n.awake[p.index]) {
           m.nodes.add(Vec3::Zero());
         } else if (n.m[p.index] > 0) {
-          m.nodes.add(n.x[p.index] - l.node_built[p.index] + ahead * n.v[p.index]);
+          m.nodes.add(n.x[p.index] - built_node(l, p.index) + ahead * n.v[p.index]);
         }
       }
       m.all.add(m.nodes);

@@ -58,8 +58,8 @@ struct ContactLists {
   std::vector<std::uint32_t> district;    ///< [bin] where it belongs to: cubes larger than any face is wide and `apart`
   std::vector<std::vector<std::uint32_t>> touching;  ///< [district] districts that touch it, itself included
   std::vector<std::uint32_t> node_bin;    ///< [node] where it is a point
-  std::vector<core::Vec3> node_built;     ///< positions when the lists were made [m]
-  std::vector<core::Vec3> particle_built;
+  std::vector<core::Vec3f> node_built;    ///< positions when the lists were made, rounded: lists have far more slack [m]
+  std::vector<core::Vec3f> particle_built;
   double reach = 0, far = 0, apart = 0;   ///< [m]
   std::vector<std::uint8_t> left_out;     ///< [body] nothing can reach it, nor it anything, before `until`
   double until = 0;                       ///< [s]

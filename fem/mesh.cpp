@@ -17,38 +17,39 @@ void add_empty_body(Mesh& mesh, int material) {
   mesh.body_material.push_back(material);
 }
 
-void add_body(Mesh& mesh, const HexMesh& body, int material, double rho_0) {
+void add_body(Mesh& mesh, HexMesh body, int material, double rho_0) {
   Nodes& n = mesh.nodes;
   Elements& e = mesh.elements;
-  const std::size_t n0 = n.size(), e0 = e.size(), n1 = n0 + body.x.size();
-  const std::size_t e1 = e0 + (body.node.size() + block_size - 1) / block_size * block_size;
+  const std::size_t n0 = n.size(), e0 = e.size(), n1 = n0 + body.x.size(), count = body.node.size();
+  const std::size_t e1 = e0 + (count + block_size - 1) / block_size * block_size;
   const std::size_t number = mesh.body_material.size();
   n.x.insert(n.x.end(), body.x.begin(), body.x.end());
+  core::free_all(body.x);
   n.v.resize(n1, Vec3::Zero());
   n.v_mean.resize(n1, Vec3::Zero());
   n.m.resize(n1, 0.0);
   n.fixed.resize(n1, 0);
   n.awake.resize(n1, 1);
   // Padding rows repeat the last element's corners and stay dead, so that lanes never meet a hole.
-  for (std::size_t el = e0; el < e1; ++el) {
-    auto corners = body.node[std::min(el - e0, body.node.size() - 1)];
-    for (auto& c : corners) c += static_cast<std::int32_t>(n0);
-    e.node.push_back(corners);
-    e.alive.push_back(el - e0 < body.node.size());
-    e.body.push_back(static_cast<std::uint16_t>(number));
-  }
+  e.node.insert(e.node.end(), body.node.begin(), body.node.end());
+  e.node.resize(e1, body.node.back());
+  core::free_all(body.node);
+  for (std::size_t el = e0; el < e1; ++el)
+    for (auto& c : e.node[el]) c += static_cast<std::int32_t>(n0);
+  e.alive.resize(e0 + count, 1);
+  e.alive.resize(e1, 0);
+  e.body.resize(e1, static_cast<std::uint16_t>(number));
+  mesh.n_alive += count;
   e.pt.resize(e1);
   e.deformation.resize(e1, 0.0);
   e.ratio_0.resize(e1, 1.0);
   e.dt.resize(e1, 1e300);
   e.dt_0.resize(e1, 0.0);
-  e.corner_force.resize(e1 * 24, 0.0);
   element_volumes(mesh, e.volume_0);
   for (std::size_t el = e0; el < e1; ++el) {
     if (!(e.volume_0[el] > 0))
       throw core::CaseError(fmt::format("element {} of body {} has a volume of {:.3e} m3: its corners are not in order",
                                         el - e0, number, e.volume_0[el]));
-    if (e.alive[el]) ++mesh.n_alive;
     e.pt.m[el] = e.alive[el] ? rho_0 * e.volume_0[el] : 0.0;
     e.pt.rho[el] = rho_0;
   }
@@ -59,7 +60,8 @@ void add_body(Mesh& mesh, const HexMesh& body, int material, double rho_0) {
 
 void finish(Mesh& mesh) {
   Nodes& n = mesh.nodes;
-  const Elements& e = mesh.elements;
+  Elements& e = mesh.elements;
+  e.corner_force.resize(e.size() * 24, 0.0);
   mesh.corner_start.assign(n.size() + 1, 0);
   const auto each_corner = [&](auto&& f) {
     for (std::size_t el = 0; el < e.size(); ++el)
@@ -87,6 +89,13 @@ void finish(Mesh& mesh) {
       mesh.body_low[b] = mesh.body_low[b].cwiseMin(n.x[nd]);
       mesh.body_high[b] = mesh.body_high[b].cwiseMax(n.x[nd]);
     }
+}
+
+Mesh emptied(const Mesh& mesh) {
+  Mesh r;
+  for (const int material : mesh.body_material) add_empty_body(r, material);
+  finish(r);
+  return r;
 }
 
 Vec3 centre(const Mesh& mesh, std::size_t el, const std::vector<Vec3>& a) {

@@ -68,12 +68,15 @@ struct Mesh {
 
 /// Appends one body at rest with its own nodes. Positions are final (rotated and moved). Throws core::CaseError naming
 /// the first element whose volume is not positive.
-void add_body(Mesh& mesh, const HexMesh& body, int material, double rho_0);
+void add_body(Mesh& mesh, HexMesh body, int material, double rho_0);
 
 /// Adds an empty body, so that bodies keep their numbers where one is made of particles from the start.
 void add_empty_body(Mesh& mesh, int material);
 
-/// Node-to-corner rows, lumped masses, everything awake. Call once, after the last body.
+/// The same bodies with nothing in them: what is left where all are made of particles.
+Mesh emptied(const Mesh& mesh);
+
+/// Node-to-corner rows, lumped masses, room for forces, everything awake. Call once, after the last body.
 void finish(Mesh& mesh);
 
 /// f(node) for every node of bodies that are awake, in no particular order.

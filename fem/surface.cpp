@@ -5,39 +5,21 @@
 #include <iterator>
 #include <tuple>
 
+#include "core/parallel.hpp"
 #include "fem/hex8.hpp"
 
 namespace fem {
 
-struct FaceKey {
-  std::array<std::int32_t, 4> node;  // sorted
-  std::uint32_t element;
-  std::uint8_t face;
-  bool operator<(const FaceKey& o) const { return std::tie(node, element, face) < std::tie(o.node, o.element, o.face); }
-};
-
-static void link_neighbours(const Mesh& mesh, Surface& s) {
-  const Elements& e = mesh.elements;
-  s.neighbour.assign(e.size(), {-1, -1, -1, -1, -1, -1});
-  for (const auto range : mesh.body_elements) {
-    std::vector<FaceKey> keys;
-    keys.reserve(range.size() * 6);
-    for (std::size_t el = range.first; el < range.last; ++el) {
-      if (e.pt.m[el] == 0) continue;  // padding
-      for (std::uint8_t f = 0; f < 6; ++f) {
-        FaceKey k{{}, static_cast<std::uint32_t>(el), f};
-        for (std::size_t i = 0; i < 4; ++i) k.node[i] = e.node[el][static_cast<std::size_t>(face_corner[f][i])];
-        std::sort(k.node.begin(), k.node.end());
-        keys.push_back(k);
-      }
-    }
-    std::sort(keys.begin(), keys.end());
-    for (std::size_t i = 0; i + 1 < keys.size(); ++i)
-      if (keys[i].node == keys[i + 1].node) {
-        s.neighbour[keys[i].element][keys[i].face] = static_cast<std::int32_t>(keys[i + 1].element);
-        s.neighbour[keys[i + 1].element][keys[i + 1].face] = static_cast<std::int32_t>(keys[i].element);
-      }
+std::int64_t across(const Mesh& mesh, std::size_t el, int face) {
+  const auto node = [&](int k) { return mesh.elements.node[el][static_cast<std::size_t>(face_corner[face][k])]; };
+  const auto first = static_cast<std::size_t>(node(0));
+  for (auto k = mesh.corner_start[first]; k < mesh.corner_start[first + 1]; ++k) {
+    const std::size_t other = mesh.corners[k] / 8;
+    const auto& corners = mesh.elements.node[other];
+    const auto holds = [&](std::int32_t nd) { return std::find(corners.begin(), corners.end(), nd) != corners.end(); };
+    if (other != el && holds(node(2)) && holds(node(1)) && holds(node(3))) return static_cast<std::int64_t>(other);
   }
+  return -1;
 }
 
 /// A face that lies in a symmetry plane is no surface: its nodes are held in one direction and lie in one plane across it.
@@ -62,19 +44,22 @@ static void count_corners(const Elements& e, const Face& f, int by, Surface& s) 
   }
 }
 
-static bool alive_then(const Surface& s, std::int32_t el) { return el >= 0 && s.alive[static_cast<std::size_t>(el)]; }
+static bool alive_then(const Surface& s, std::int64_t el) { return el >= 0 && s.alive[static_cast<std::size_t>(el)]; }
 
 /// All faces of a mesh seen for the first time.
 static void list_faces(const Mesh& mesh, Surface& s) {
-  link_neighbours(mesh, s);
   s.alive = mesh.elements.alive;
   s.faces_at.assign(mesh.nodes.size(), 0);
   s.faces.clear();
   s.nodes.clear();
-  for (std::size_t el = 0; el < s.alive.size(); ++el)
-    for (std::uint8_t f = 0; s.alive[el] && f < 6; ++f)
-      if (!alive_then(s, s.neighbour[el][f]) && !on_symmetry_plane(mesh, el, f))
-        s.new_faces.push_back({static_cast<std::uint32_t>(el), f});
+  std::vector<std::uint8_t> exposed(s.alive.size());  // a bit a face
+  core::for_each(exposed.size(), [&](std::size_t el) {
+    for (int f = 0; s.alive[el] && f < 6; ++f)
+      if (!alive_then(s, across(mesh, el, f)) && !on_symmetry_plane(mesh, el, f)) exposed[el] = static_cast<std::uint8_t>(exposed[el] | 1 << f);
+  });
+  for (std::size_t el = 0; el < exposed.size(); ++el)
+    for (std::uint8_t f = 0; f < 6; ++f)
+      if (exposed[el] >> f & 1) s.new_faces.push_back({static_cast<std::uint32_t>(el), f});
 }
 
 /// Faces that appear where elements went since; those of the elements themselves go.
@@ -88,11 +73,12 @@ static void follow_removed(const Mesh& mesh, Surface& s) {
   std::erase_if(s.faces, [&](const Face& f) { return !e.alive[f.element]; });
   s.alive = e.alive;
   for (const auto el : removed)
-    for (const auto other : s.neighbour[el]) {
+    for (int side = 0; side < 6; ++side) {
+      const auto other = across(mesh, el, side);
       if (!alive_then(s, other)) continue;
       const auto o = static_cast<std::size_t>(other);
       for (std::uint8_t f = 0; f < 6; ++f)
-        if (s.neighbour[o][f] == static_cast<std::int32_t>(el) && !on_symmetry_plane(mesh, o, f))
+        if (across(mesh, o, f) == static_cast<std::int64_t>(el) && !on_symmetry_plane(mesh, o, f))
           s.new_faces.push_back({static_cast<std::uint32_t>(o), f});
     }
 }

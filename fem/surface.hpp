@@ -11,7 +11,6 @@
 namespace fem {
 
 struct Surface {
-  std::vector<std::array<std::int32_t, 6>> neighbour;  ///< element across each local face, -1: none (never was)
   std::vector<Face> faces;                             ///< exposed, ascending by (element, face), without those on symmetry planes
   std::vector<std::uint32_t> nodes;                    ///< nodes of exposed faces, ascending
   std::vector<Face> new_faces;                         ///< those that the last update added, ascending
@@ -21,6 +20,9 @@ struct Surface {
   std::size_t n_removed = 0;                           ///< elements removed when the lists were made
   bool built = false;
 };
+
+/// Element across a local face, alive or not; -1 where there never was one.
+std::int64_t across(const Mesh& mesh, std::size_t el, int face);
 
 /// Brings the lists up to date with the elements alive.
 void update_surface(const Mesh& mesh, Surface& surface);

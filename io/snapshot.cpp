@@ -27,8 +27,8 @@ std::string group_of(std::int64_t step) { return fmt::format("step_{:06d}", step
 
 // --- checks ---
 
-/// The first row of `values` that is not finite stops the run before it is written.
-void check_finite(const Snapshot& s, const std::string& name, const double* values, std::size_t rows, std::size_t columns) {
+/// The first row of `values` that is not finite stops the run.
+void check_finite(const SnapshotSize& s, const std::string& name, const double* values, std::size_t rows, std::size_t columns) {
   for (std::size_t i = 0; i < rows * columns; ++i)
     if (!std::isfinite(values[i]))
       throw core::GuardError(fmt::format("snapshot at step {} (t = {:g} s): '{}' of row {} is {}; it was not written; look "
@@ -36,42 +36,19 @@ void check_finite(const Snapshot& s, const std::string& name, const double* valu
                                          name, i / columns, values[i]));
 }
 
-void check_size(const Snapshot& s, const std::string& name, std::size_t given, std::size_t expected, bool may_be_absent) {
+void check_size(const SnapshotSize& s, const std::string& name, std::size_t given, std::size_t expected, bool may_be_absent) {
   if (given == expected || (may_be_absent && given == 0)) return;
   throw core::GuardError(fmt::format("snapshot at step {}: '{}' has {} rows, {} are needed", s.step, name, given, expected));
 }
 
-void check_corners(const Snapshot& s) {
-  for (std::size_t el = 0; el < s.element_node.size(); ++el)
-    for (const std::int32_t nd : s.element_node[el])
-      if (nd < 0 || static_cast<std::size_t>(nd) >= s.node_x.size())
-        throw core::GuardError(fmt::format("snapshot at step {}: element {} has corner {} of {} nodes", s.step, el, nd,
-                                           s.node_x.size()));
-}
-
-const double* data(const std::vector<core::Vec3>& v) { return v.empty() ? nullptr : v.front().data(); }
-
-void check(const Snapshot& s) {
-  check_size(s, "node_v", s.node_v.size(), s.node_x.size(), false);
-  check_size(s, "particle_v", s.particle_v.size(), s.particle_x.size(), false);
-  check_corners(s);
-  check_finite(s, "node_x", data(s.node_x), s.node_x.size(), 3);
-  check_finite(s, "node_v", data(s.node_v), s.node_v.size(), 3);
-  check_finite(s, "particle_x", data(s.particle_x), s.particle_x.size(), 3);
-  check_finite(s, "particle_v", data(s.particle_v), s.particle_v.size(), 3);
-  for (const Snapshot::Field& f : s.fields) {
-    check_size(s, f.name + " (elements)", f.element.size(), s.element_node.size(), true);
-    check_size(s, f.name + " (particles)", f.particle.size(), s.particle_x.size(), true);
-    check_finite(s, f.name + " (elements)", f.element.data(), f.element.size(), 1);
-    check_finite(s, f.name + " (particles)", f.particle.data(), f.particle.size(), 1);
-  }
+void check_corners(const SnapshotSize& s, std::span<const std::array<std::int32_t, 8>> rows) {
+  for (std::size_t el = 0; el < rows.size(); ++el)
+    for (const std::int32_t nd : rows[el])
+      if (nd < 0 || static_cast<std::size_t>(nd) >= s.n_nodes)
+        throw core::GuardError(fmt::format("snapshot at step {}: element {} has corner {} of {} nodes", s.step, el, nd, s.n_nodes));
 }
 
 // --- run.h5 ---
-
-void write_vectors(File& file, const std::string& name, const std::vector<core::Vec3>& v) {
-  file.write(name, data(v), v.size(), 3);
-}
 
 std::vector<core::Vec3> read_vectors(const File& file, const std::string& name) {
   std::vector<core::Vec3> v(file.extent(name).rows);
@@ -79,36 +56,66 @@ std::vector<core::Vec3> read_vectors(const File& file, const std::string& name) 
   return v;
 }
 
-/// Bytes that write_group will need, headers included.
-std::size_t bytes_of(const Snapshot& s) {
-  std::size_t bytes = 8 * 6 * (s.node_x.size() + s.particle_x.size()) + 32 * s.element_node.size() + 4 * s.particle_x.size();
-  for (const Snapshot::Field& f : s.fields) bytes += 8 * (f.element.size() + f.particle.size());
-  constexpr std::size_t header = 1024;
-  return bytes + header * (8 + 2 * s.fields.size() + s.scalars.size());
-}
-
-/// The attribute `time` comes last: a group without it was not finished.
-void write_group(File& file, const std::string& group, const Snapshot& s) {
-  file.make_group(group);
-  file.make_group(group + "/element");
-  file.make_group(group + "/particle");
-  write_vectors(file, group + "/node_x", s.node_x);
-  write_vectors(file, group + "/node_v", s.node_v);
-  const std::int32_t* corners = s.element_node.empty() ? nullptr : s.element_node.front().data();
-  file.write(group + "/element_node", corners, s.element_node.size(), 8);
-  write_vectors(file, group + "/particle_x", s.particle_x);
-  write_vectors(file, group + "/particle_v", s.particle_v);
-  std::vector<std::int32_t> cell(s.particle_x.size());  // ParaView makes no cells for points without a list of them
-  std::iota(cell.begin(), cell.end(), 0);
-  file.write(group + "/particle_node", cell);
-  for (const Snapshot::Field& f : s.fields) {
-    if (!f.element.empty()) file.write(group + "/element/" + f.name, f.element);
-    if (!f.particle.empty()) file.write(group + "/particle/" + f.name, f.particle);
+/// Parts on their way to a group of run.h5, each checked before it is written.
+class FileSink : public SnapshotSink {
+ public:
+  FileSink(File& file, const std::string& group, const SnapshotSize& size) : file_(file), group_(group), size_(size) {
+    file.make_group(group);
+    file.make_group(group + "/element");
+    file.make_group(group + "/particle");
+    std::vector<std::int32_t> cell(size.n_particles);  // ParaView makes no cells for points without a list of them
+    std::iota(cell.begin(), cell.end(), 0);
+    file.write(group + "/particle_node", cell);
   }
-  for (const auto& [name, value] : s.scalars) file.set_attribute(group, scalar_prefix + name, value);
-  file.set_attribute(group, "step", s.step);
-  file.set_attribute(group, "time", s.time);
-}
+  void vectors(const std::string& name, std::span<const core::Vec3> rows) override {
+    const double* values = rows.empty() ? nullptr : rows.front().data();
+    check_size(size_, name, rows.size(), name.starts_with("node") ? size_.n_nodes : size_.n_particles, false);
+    check_finite(size_, name, values, rows.size(), 3);
+    file_.write(group_ + "/" + name, values, rows.size(), 3);
+  }
+  void corners(std::span<const std::array<std::int32_t, 8>> rows) override {
+    check_size(size_, "element_node", rows.size(), size_.n_elements, false);
+    check_corners(size_, rows);
+    file_.write(group_ + "/element_node", rows.empty() ? nullptr : rows.front().data(), rows.size(), 8);
+  }
+  void field(Snapshot::Field f) override {
+    const auto block = [&](const char* name, const std::vector<double>& rows, std::size_t expected) {
+      const std::string what = fmt::format("{} ({}s)", f.name, name);
+      check_size(size_, what, rows.size(), expected, true);
+      check_finite(size_, what, rows.data(), rows.size(), 1);
+      if (!rows.empty()) file_.write(fmt::format("{}/{}/{}", group_, name, f.name), rows);
+    };
+    block("element", f.element, size_.n_elements);
+    block("particle", f.particle, size_.n_particles);
+  }
+  void scalar(const std::string& name, double value) override { file_.set_attribute(group_, scalar_prefix + name, value); }
+  /// The attribute `time` comes last: a group without it was not finished.
+  void finish() {
+    file_.set_attribute(group_, "step", size_.step);
+    file_.set_attribute(group_, "time", size_.time);
+  }
+
+ private:
+  File& file_;
+  std::string group_;
+  SnapshotSize size_;
+};
+
+/// Parts into one snapshot.
+class Collector : public SnapshotSink {
+ public:
+  explicit Collector(Snapshot& to) : to_(to) {}
+  void vectors(const std::string& name, std::span<const core::Vec3> rows) override {
+    auto& a = name == "node_x" ? to_.node_x : name == "node_v" ? to_.node_v : name == "particle_x" ? to_.particle_x : to_.particle_v;
+    a.assign(rows.begin(), rows.end());
+  }
+  void corners(std::span<const std::array<std::int32_t, 8>> rows) override { to_.element_node.assign(rows.begin(), rows.end()); }
+  void field(Snapshot::Field f) override { to_.fields.push_back(std::move(f)); }
+  void scalar(const std::string& name, double value) override { to_.scalars.emplace_back(name, value); }
+
+ private:
+  Snapshot& to_;
+};
 
 /// What run.xdmf has to know of one snapshot.
 struct SnapshotEntry {
@@ -118,16 +125,6 @@ struct SnapshotEntry {
   std::size_t n_nodes = 0, n_elements = 0, n_particles = 0;
   std::vector<std::string> element_fields, particle_fields;  // sorted
 };
-
-SnapshotEntry entry_of(const Snapshot& s) {
-  SnapshotEntry e{group_of(s.step), s.time, s.step, s.node_x.size(), s.element_node.size(), s.particle_x.size(), {}, {}};
-  for (const Snapshot::Field& f : s.fields) {
-    if (!f.element.empty()) e.element_fields.push_back(f.name);
-    if (!f.particle.empty()) e.particle_fields.push_back(f.name);
-  }
-  for (auto* names : {&e.element_fields, &e.particle_fields}) std::sort(names->begin(), names->end());
-  return e;
-}
 
 SnapshotEntry entry_of(const File& file, const std::string& group) {
   SnapshotEntry e;
@@ -265,26 +262,54 @@ SnapshotWriter SnapshotWriter::reopen(const std::string& dir, double time) {
   return writer;
 }
 
+double SnapshotSize::bytes() const {
+  return 8.0 * 6 * static_cast<double>(n_nodes + n_particles) + 32.0 * static_cast<double>(n_elements) +
+         8.0 * static_cast<double>(n_fields) * static_cast<double>(n_elements + n_particles);
+}
+
+Snapshot collect(const SnapshotSize& size, const SnapshotParts& parts) {
+  Snapshot s;
+  s.time = size.time;
+  s.step = size.step;
+  Collector to(s);
+  parts(to);
+  return s;
+}
+
 void SnapshotWriter::append(const Snapshot& s) {
-  check(s);
-  const std::string group = group_of(s.step);
-  const bool again = !stored_.empty() && stored_.back().step == s.step;
-  if (!stored_.empty() && s.step < stored_.back().step)
-    throw core::GuardError(fmt::format("{}: snapshot of step {} comes after that of step {}", h5_path(), s.step,
+  append({s.time, s.step, s.node_x.size(), s.element_node.size(), s.particle_x.size(), s.fields.size()}, [&](SnapshotSink& to) {
+    to.vectors("node_x", s.node_x);
+    to.vectors("node_v", s.node_v);
+    to.corners(s.element_node);
+    to.vectors("particle_x", s.particle_x);
+    to.vectors("particle_v", s.particle_v);
+    for (const Snapshot::Field& f : s.fields) to.field(f);
+    for (const auto& [name, value] : s.scalars) to.scalar(name, value);
+  });
+}
+
+void SnapshotWriter::append(const SnapshotSize& size, const SnapshotParts& parts) {
+  const std::string group = group_of(size.step);
+  const bool again = !stored_.empty() && stored_.back().step == size.step;
+  if (!stored_.empty() && size.step < stored_.back().step)
+    throw core::GuardError(fmt::format("{}: snapshot of step {} comes after that of step {}", h5_path(), size.step,
                                        stored_.back().step));
   File file(h5_path(), Access::modify);
   if (file.has(group)) file.remove(group);
   if (again) stored_.pop_back();
   try {
-    file.claim(bytes_of(s), fmt::format("the snapshot of step {}", s.step));
-    write_group(file, group, s);
+    constexpr std::size_t headers = 64 << 10;
+    file.claim(static_cast<std::size_t>(size.bytes()) + 4 * size.n_particles + headers, fmt::format("the snapshot of step {}", size.step));
+    FileSink to(file, group, size);
+    parts(to);
+    to.finish();
+    stored_.push_back({size.step, snapshot_block(entry_of(file, group))});
   } catch (const core::GuardError&) {
     if (file.has(group)) file.remove(group);
     file.close();
     if (again) write_xdmf();
     throw;
   }
-  stored_.push_back({s.step, snapshot_block(entry_of(s))});
   file.close();
   write_xdmf();
 }

@@ -6,6 +6,8 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -30,6 +32,29 @@ struct Snapshot {
   const Field* find(const std::string& name) const;
 };
 
+/// How large a snapshot is, known before its parts come.
+struct SnapshotSize {
+  double time = 0;                                               ///< [s]
+  std::int64_t step = 0;
+  std::size_t n_nodes = 0, n_elements = 0, n_particles = 0, n_fields = 0;
+  double bytes() const;                                          ///< of its arrays
+};
+
+/// Where the parts of a snapshot go, one after the other: what is written need not all be there at once. Names and rows as
+/// in Snapshot.
+class SnapshotSink {
+ public:
+  virtual ~SnapshotSink() = default;
+  virtual void vectors(const std::string& name, std::span<const core::Vec3> rows) = 0;  ///< node_x, node_v, particle_x, particle_v
+  virtual void corners(std::span<const std::array<std::int32_t, 8>> rows) = 0;
+  virtual void field(Snapshot::Field field) = 0;
+  virtual void scalar(const std::string& name, double value) = 0;
+};
+using SnapshotParts = std::function<void(SnapshotSink&)>;
+
+/// All parts in one.
+Snapshot collect(const SnapshotSize& size, const SnapshotParts& parts);
+
 class SnapshotWriter {
  public:
   /// Makes DIR where needed and an empty run.h5 and run.xdmf in it, replacing what was there.
@@ -41,6 +66,7 @@ class SnapshotWriter {
   /// Adds a snapshot; one of the same step is replaced. Throws GuardError for a full disk (run.h5 keeps what it had) and
   /// for a number that is not finite.
   void append(const Snapshot& s);
+  void append(const SnapshotSize& size, const SnapshotParts& parts);
 
   std::size_t size() const { return stored_.size(); }
   const std::string& note() const { return note_; }

@@ -220,8 +220,9 @@ void build(Neighbourhood& hood, const std::vector<Vec3>& watched_x, double outsi
   tree.neighbours(radius, true, hood.pairs, wanted_rows(hood));
   turn_rows(hood);
   hood.near_start.assign(n_real + 1, 0);
-  hood.n_near.resize(n_real);
+  hood.n_near.assign(n_real, 0);
   hood.mixed.resize(n_real);
+  make_room(hood);
   hood.valid = true;
   ++hood.builds;
 }
@@ -232,13 +233,34 @@ bool has_room(const Neighbourhood& hood) {
   return true;
 }
 
+/// So many groups; what they hold is lost.
+template <class... Groups>
+static void size_anew(std::size_t n, Groups&... groups) {
+  if (((n > groups.capacity()) || ...)) {
+    core::free_all(groups...);  // first, so that old and new never take up room together
+    (groups.reserve(n + n / 16), ...);
+  }
+  (groups.resize(n), ...);
+}
+
 void make_room(Neighbourhood& hood) {
+  constexpr double near_part = 0.7;  // of a list, where it is long: a few more than there are, as a rule
   for (std::size_t i = 0; i < hood.n_near.size(); ++i) {
-    const std::size_t most = hood.n_near[i] + hood.n_near[i] / 8 + group / 2;
+    const std::uint64_t listed = hood.pairs.start[i + 1] - hood.pairs.start[i], now = hood.n_near[i];
+    const std::uint64_t most = std::min(listed, std::max(now + now / 8 + group / 2, static_cast<std::uint64_t>(near_part * static_cast<double>(listed)) + group));
     hood.near_start[i + 1] = hood.near_start[i] + (most + group - 1) / group;
   }
-  const std::size_t n = hood.near_start.back();
-  hood.near.resize(n), hood.weight.resize(n), hood.push.resize(n), hood.pull.resize(n);
+  size_anew(hood.near_start.back(), hood.near, hood.weight, hood.push);
+}
+
+void make_room_for_pull(Neighbourhood& hood) {
+  hood.pull_start.resize(hood.n_particles);
+  std::uint64_t n = 0;
+  for (std::size_t i = 0; i < hood.n_particles; ++i) {
+    hood.pull_start[i] = n;
+    if (hood.actors.kind[i] & tension_bit) n += (hood.n_near[i] + group - 1) / group;
+  }
+  size_anew(n, hood.pull);
 }
 
 /// f(image, source, mirror), mirror after mirror: an image of an image finds its source done.

@@ -123,7 +123,8 @@ struct Neighbourhood {
   std::vector<Sixteen<std::uint32_t>> near;  ///< who
   std::vector<Sixteen<float>> weight;   ///< V_i V_j (dW/dr)/r [unit^3]
   std::vector<Sixteen<float>> push;     ///< m_i m_j Pi (dW/dr)/r of the viscosity: times d it is a force [unit^3]
-  std::vector<Sixteen<float>> pull;     ///< weight times Gray's factor, in rows where artificial stress acts [unit^3]
+  std::vector<std::uint64_t> pull_start;     ///< [particle] first of its groups below
+  std::vector<Sixteen<float>> pull;     ///< weight times Gray's factor, of rows where artificial stress acts and no others [unit^3]
   std::vector<std::uint32_t> n_near;    ///< [row] how many are
   std::vector<std::uint8_t> mixed;      ///< [row] is one of another body?
   std::vector<float> acoustic;          ///< [n_particles] share of the speed of sound that counts in the stable step [-]
@@ -167,6 +168,8 @@ void build(Neighbourhood& hood, const std::vector<core::Vec3>& watched_x, double
 bool has_room(const Neighbourhood& hood);
 /// Makes room for them and for a few more.
 void make_room(Neighbourhood& hood);
+/// And for what artificial stress needs to keep, once the kinds are known.
+void make_room_for_pull(Neighbourhood& hood);
 
 /// A particle that has passed a symmetry plane changes places with its image: the other half sends the same this way. Where
 /// they stay, pairs behind the plane have no images, and there is nothing to strike.

@@ -69,15 +69,20 @@ struct NearGroup {
   std::uint32_t* id;
   float* weight;
   float* push;
-  float* pull;
+  float* pull = nullptr;  ///< of rows where artificial stress acts
   std::size_t left;
   NearGroup(const PairView& v, std::size_t i) : left(v.n_near[i]) {
     const std::uint64_t k = v.near_start[i];
-    id = v.near[k].at, weight = v.weight[k].at, push = v.push[k].at, pull = v.pull[k].at;
+    id = v.near[k].at, weight = v.weight[k].at, push = v.push[k].at;
   }
+  /// For what keeps or reads artificial stress.
+  void find_pull(const PairView& v, std::size_t i) { pull = v.pull[v.pull_start[i]].at; }
   /// Those that are not the row itself.
   std::size_t count() const { return left < group ? left : group; }
-  void advance() { id += group, weight += group, push += group, pull += group, left -= count(); }
+  void advance() {
+    id += group, weight += group, push += group, left -= count();
+    if (pull) pull += group;
+  }
 };
 
 // --------------------------------------------------------------------------------------------------------- physics
@@ -488,7 +493,7 @@ struct ForceSums {
   for (std::size_t l = 0; l < count; ++l) sums.stress.add(v.stress[near.id[l]], g[0][l], g[1][l], g[2][l]);
 
   Yes pulled = same & (Singles(4.0f) * pair.r2 < Singles(crowded * crowded) * (pair.reach * pair.reach));
-  if (own.kind & tension_bit)
+  if (near.pull)
     Singles(0.0f).store(near.pull);
   else
     pulled = pulled & has(kinds, tension_bit);
@@ -504,7 +509,7 @@ struct ForceSums {
     double g[3];
     for (int e = 0; e < 3; ++e) g[e] = w * (own.place.x[e] - v.place[j].x[e]);
     if (v.kind[j] & tension_bit) sums.stress.add(v.artificial[j], g[0], g[1], g[2]);
-    if (!(own.kind & tension_bit)) continue;
+    if (!near.pull) continue;
     near.pull[at] = piece.crowd.weight[c];
     for (int e = 0; e < 3; ++e) sums.weighted[e] += g[e];
   }
@@ -537,7 +542,9 @@ void pair_forces(const PairView& v, const ParticleSettings& s, std::size_t first
     if (v.n_near[i] == 0) continue;
     const Own own(v, i);
     ForceSums sums;
-    for (NearGroup near(v, i); near.left > 0;) {
+    NearGroup near(v, i);
+    if (own.kind & tension_bit) near.find_pull(v, i);
+    while (near.left > 0) {
       const NearGroup begin = near;
       piece.n = near.left < group * at_once ? (near.left + group - 1) / group : at_once;
       piece.crowd.n = 0;
@@ -599,7 +606,9 @@ template <bool mixed, bool pulls>
 [[gnu::always_inline]] inline WorkSums sum_work(const PairView& v, std::size_t i) {
   const Doubles motion = Doubles::load(v.motion[i].sum), place = twice(v.place[i].x.data());
   WorkSums sums;
-  for (NearGroup near(v, i); near.left > 0; near.advance()) {
+  NearGroup near(v, i);
+  if constexpr (pulls) near.find_pull(v, i);
+  for (; near.left > 0; near.advance()) {
     WorkWeights weights(near);
     if constexpr (mixed) weights.set_strangers(v, i, near);
     for (std::size_t l = 0, n = near.count(); l < n; ++l) {

@@ -35,6 +35,7 @@ struct PairView {
   Sixteen<std::uint32_t>* near;
   Sixteen<float>* weight;
   Sixteen<float>* push;
+  const std::uint64_t* pull_start;
   Sixteen<float>* pull;
   std::uint32_t* n_near;  ///< [row]
   std::uint8_t* mixed;    ///< [row]

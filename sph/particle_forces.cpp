@@ -40,7 +40,7 @@ PairView view(Neighbourhood& hood) {
   Actors& a = hood.actors;
   return {a.place.data(),      a.flow.data(),          a.strain.data(),        a.stress.data(), a.artificial.data(),
           a.motion.data(),     a.kind.data(),          a.p_contact.data(),     hood.pairs.start.data(), hood.pairs.list.data(),
-          hood.near_start.data(), hood.near.data(), hood.weight.data(), hood.push.data(), hood.pull.data(),     hood.n_near.data(),     hood.mixed.data(), hood.unit};
+          hood.near_start.data(), hood.near.data(), hood.weight.data(), hood.push.data(), hood.pull_start.data(), hood.pull.data(), hood.n_near.data(),     hood.mixed.data(), hood.unit};
 }
 
 struct PairKernels {
@@ -105,6 +105,7 @@ void add_pair_forces(const ParticleSettings& settings, Neighbourhood& hood, Part
   hood.wall_force.resize(walls ? hood.n_particles + hood.n_foreign : 0);
   hood.approach.resize(hood.n_particles);
   hood.anchor_force.resize(hood.anchor_x.size());
+  make_room_for_pull(hood);
   const PairView pairs = view(hood);
   const auto kernel = kernels();
   core::for_each_block(hood.n_particles, row_block, [&](std::size_t first, std::size_t last) {

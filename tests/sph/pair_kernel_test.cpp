@@ -32,10 +32,12 @@ struct Result {
 Result pass(ParticleBlock& block, const Kernels& kernel) {
   const std::size_t n = block.p.size();
   auto& hood = block.hood;
-  const sph::PairView view = sph::view(hood);
+  sph::PairView view = sph::view(hood);
   Result r(n);
   kernel.find_near(view, 0, n, r.moment.data());
   kernel.correct_rows(block.p.pt, 0.3, 0, n, r.moment.data(), r.correction.data(), r.acoustic.data(), hood.actors);
+  sph::make_room_for_pull(hood);
+  view = sph::view(hood);
   kernel.pair_forces(view, block.settings, 0, n, r.force.data());
   kernel.pair_work(view, 0, n, r.work.data());
   return r;
