@@ -155,33 +155,32 @@ static std::vector<double> take_field(io::Snapshot& s, const char* name) {
 measure::Matter matter_of(io::Snapshot s) {
   measure::Matter m;
   m.n_elements = s.element_node.size();
-  m.x.reserve(m.n_elements + s.particle_x.size());
-  m.v.reserve(m.n_elements + s.particle_x.size());
+  auto &x = m.x.own, &v = m.v.own;
+  x.reserve(m.n_elements + s.particle_x.size());
+  v.reserve(m.n_elements + s.particle_x.size());
   for (const auto& corners : s.element_node) {
-    Vec3 x = Vec3::Zero(), v = Vec3::Zero();
+    Vec3 at = Vec3::Zero(), speed = Vec3::Zero();
     for (const auto nd : corners) {
-      x += s.node_x[static_cast<std::size_t>(nd)];
-      v += s.node_v[static_cast<std::size_t>(nd)];
+      at += s.node_x[static_cast<std::size_t>(nd)];
+      speed += s.node_v[static_cast<std::size_t>(nd)];
     }
-    m.x.push_back(x / 8);
-    m.v.push_back(v / 8);
+    x.push_back(at / 8);
+    v.push_back(speed / 8);
   }
   m.node = std::move(s.element_node);
   m.node_x = std::move(s.node_x);
   core::free_all(s.node_v);
-  m.x.insert(m.x.end(), s.particle_x.begin(), s.particle_x.end());
-  m.v.insert(m.v.end(), s.particle_v.begin(), s.particle_v.end());
-  m.m = take_field(s, "mass");
-  m.rho = take_field(s, "density");
-  m.p = take_field(s, "pressure");
-  m.e = take_field(s, "internal_energy");
-  m.T = take_field(s, "temperature");
-  m.eps_p = take_field(s, "plastic_strain");
-  m.damage = take_field(s, "damage");
-  m.size = take_field(s, "size");
+  x.insert(x.end(), s.particle_x.begin(), s.particle_x.end());
+  v.insert(v.end(), s.particle_v.begin(), s.particle_v.end());
+  m.m.own = take_field(s, "mass");
+  m.rho.own = take_field(s, "density");
+  m.e.own = take_field(s, "internal_energy");
+  m.T.own = take_field(s, "temperature");
+  m.damage.own = take_field(s, "damage");
+  m.size.own = take_field(s, "size");
   const auto body = take_field(s, "body"), id = take_field(s, "id");
-  m.body.assign(body.begin(), body.end());
-  m.parent.assign(id.begin(), id.end());
+  m.body.own.assign(body.begin(), body.end());
+  m.parent.own.assign(id.begin(), id.end());
   return m;
 }
 

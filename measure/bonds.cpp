@@ -46,15 +46,22 @@ Side side_of(const Matter& m, std::uint32_t number) {
   return side;
 }
 
-/// Sides, numbered 6 to the element, in rows by their lowest node.
-void bucket_sides(const Matter& m, std::vector<std::uint32_t>& start, std::vector<std::uint32_t>& sides) {
-  start.assign(m.node_x.size() + 1, 0);
-  const auto n = static_cast<std::uint32_t>(6 * m.n_elements);
-  for (std::uint32_t s = 0; s < n; ++s) ++start[side_of(m, s).sorted[0] + 1];
+/// Sides, numbered 6 to the element, in rows by their lowest node, of nodes [first, last).
+void bucket_sides(const Matter& m, std::size_t first, std::size_t last, std::vector<std::uint32_t>& start, std::vector<std::uint32_t>& sides) {
+  start.assign(last - first + 1, 0);
+  const auto each_side = [&](auto&& f) {
+    for (std::uint32_t el = 0; el < m.n_elements; ++el) {
+      const auto [low, high] = std::minmax_element(m.node[el].begin(), m.node[el].end());
+      if (static_cast<std::size_t>(*high) < first || static_cast<std::size_t>(*low) >= last) continue;
+      for (std::uint32_t s = 6 * el; s < 6 * el + 6; ++s)
+        if (const std::size_t nd = static_cast<std::size_t>(side_of(m, s).sorted[0]) - first; nd < last - first) f(nd, s);
+    }
+  };
+  each_side([&](std::size_t nd, std::uint32_t) { ++start[nd + 1]; });
   for (std::size_t nd = 1; nd < start.size(); ++nd) start[nd] += start[nd - 1];
-  sides.resize(n);
+  sides.resize(start.back());
   std::vector<std::uint32_t> next(start.begin(), start.end() - 1);
-  for (std::uint32_t s = 0; s < n; ++s) sides[next[side_of(m, s).sorted[0]]++] = s;
+  each_side([&](std::size_t nd, std::uint32_t s) { sides[next[nd]++] = s; });
 }
 
 double squared_distance(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
@@ -76,7 +83,7 @@ double squared_distance(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3&
 
 /// The particles, sorted in space, with the spacing that decides about their bonds.
 struct Particles {
-  std::span<const Vec3> x;
+  std::vector<Vec3> x;
   std::vector<double> spacing;
   double largest = 0;
   core::Octree tree;
@@ -180,25 +187,27 @@ void bond_elements(const Matter& m, std::span<const Face> faces, const Particles
 
 }  // namespace
 
-std::vector<Face> all_faces(const Matter& m) {
+std::vector<Face> faces_where(const Matter& m, const std::function<bool(const Face&)>& wanted) {
+  constexpr std::size_t at_once = 1 << 21;  // nodes whose faces are sorted at a time
   std::vector<std::uint32_t> start, sides;
-  bucket_sides(m, start, sides);
   std::vector<Side> row;
   std::vector<Face> faces;
-  faces.reserve(sides.size() / 2 + sides.size() / 8);
-  for (std::size_t nd = 0; nd + 1 < start.size(); ++nd) {
-    row.clear();
-    for (std::uint32_t k = start[nd]; k < start[nd + 1]; ++k) row.push_back(side_of(m, sides[k]));
-    for (std::size_t k = 0; k < row.size(); ++k) {
-      if (row[k].element < 0) continue;
-      Face face{corners_of(m, row[k]), row[k].element, -1};
-      for (std::size_t l = k + 1; l < row.size(); ++l) {
-        if (row[l].element < 0 || row[l].sorted != row[k].sorted) continue;
-        face.b = row[l].element;
-        row[l].element = -1;
-        break;
+  for (std::size_t first = 0; first < m.node_x.size(); first += at_once) {
+    bucket_sides(m, first, std::min(first + at_once, m.node_x.size()), start, sides);
+    for (std::size_t nd = 0; nd + 1 < start.size(); ++nd) {
+      row.clear();
+      for (std::uint32_t k = start[nd]; k < start[nd + 1]; ++k) row.push_back(side_of(m, sides[k]));
+      for (std::size_t k = 0; k < row.size(); ++k) {
+        if (row[k].element < 0) continue;
+        Face face{corners_of(m, row[k]), row[k].element, -1};
+        for (std::size_t l = k + 1; l < row.size(); ++l) {
+          if (row[l].element < 0 || row[l].sorted != row[k].sorted) continue;
+          face.b = row[l].element;
+          row[l].element = -1;
+          break;
+        }
+        if (wanted(face)) faces.push_back(face);
       }
-      faces.push_back(face);
     }
   }
   return faces;
@@ -213,9 +222,8 @@ double bond_spacing(const Matter& m, const Scene& scene, std::size_t row) {
 std::vector<Bond> all_bonds(const Matter& m, const Scene& scene, std::span<const Face> faces, double speed_limit) {
   std::vector<Bond> bonds;
   Particles p;
-  p.x = std::span<const Vec3>(m.x).subspan(m.n_elements);
-  if (p.x.empty()) return bonds;
   for (std::size_t row = m.n_elements; row < m.x.size(); ++row) {
+    p.x.push_back(m.x[row]);
     p.spacing.push_back(bond_spacing(m, scene, row));
     p.largest = std::max(p.largest, p.spacing.back());
   }

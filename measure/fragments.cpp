@@ -5,6 +5,7 @@
 // but the two drew apart until no kernel reached across. The size of such a piece is that of the resolution.
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "core/octree.hpp"
 #include "measure/families.hpp"
@@ -47,15 +48,31 @@ void finish(Fragment& f) {
   f.failed_fraction /= f.mass;
 }
 
-/// True where no other row of the mask comes within a kernel of the particle.
-bool out_of_reach(const Whole& whole, std::span<const char> mask, const core::Octree& tree, std::size_t row,
-                  double spacing) {
-  const Vec3& x = whole.matter.x[row];
-  const double reach = kernel_reach * spacing;
-  std::vector<std::uint32_t> near;
-  tree.in_box(x - Vec3::Constant(reach), x + Vec3::Constant(reach), near);
+/// Some rows, to be found by where they are.
+struct Placed {
+  std::vector<std::uint32_t> row;
+  core::Octree tree;
+
+  Placed(const Whole& whole, const Field<Vec3>& x, const std::function<bool(std::size_t)>& wanted) {
+    std::vector<Vec3> at;
+    for (std::size_t i = 0; i < whole.size(); ++i)
+      if (wanted(i)) row.push_back(static_cast<std::uint32_t>(i)), at.push_back(x[i]);
+    if (!at.empty()) tree.build(at);
+  }
+  std::vector<std::uint32_t> in_box(const Vec3& low, const Vec3& high) const {
+    std::vector<std::uint32_t> near;
+    if (!row.empty()) tree.in_box(low, high, near);
+    for (auto& k : near) k = row[k];
+    return near;
+  }
+};
+
+/// True where no other row of those placed comes within a kernel of the particle.
+bool out_of_reach(const Whole& whole, const Placed& placed, std::size_t row, double spacing) {
+  const Vec3 x = whole.matter.x[row], reach = Vec3::Constant(kernel_reach * spacing);
+  const auto near = placed.in_box(x - reach, x + reach);
   return std::none_of(near.begin(), near.end(), [&](std::uint32_t other) {
-    return other != row && mask[other] && (whole.matter.x[other] - x).norm() < reach;
+    return other != row && (whole.matter.x[other] - x).norm() < reach[0];
   });
 }
 
@@ -70,19 +87,20 @@ void count_cut_links(const Whole& whole, const Scene& scene, std::span<const std
                      std::vector<Fragment>& fragments) {
   const Matter& m = whole.matter;
   if (m.built.empty() || fragments.empty()) return;
-  core::Octree tree;
-  tree.build(m.built);
-  std::vector<double> size(whole.size());
-  for (std::size_t row = 0; row < whole.size(); ++row) size[row] = built_size(whole, scene, row);
-  std::vector<std::uint32_t> near;
+  const auto size = [&](std::size_t row) { return built_size(whole, scene, row); };
+  const auto reach = [&](std::size_t row) { return Vec3(Vec3::Constant(1.5 * next_door * size(row))); };  // a graded mesh: the other side may be larger
+  Vec3 low = Vec3::Constant(1e300), high = -low;
+  for (std::size_t row = 0; row < whole.size(); ++row)
+    if (number[row] >= 0) low = low.cwiseMin(m.built[row] - reach(row)), high = high.cwiseMax(m.built[row] + reach(row));
+  const Placed placed(whole, m.built, [&](std::size_t row) {
+    const Vec3 x = m.built[row];
+    return (x.array() >= low.array()).all() && (x.array() <= high.array()).all();
+  });
   for (std::size_t row = 0; row < whole.size(); ++row) {
     if (number[row] < 0) continue;
     Fragment& f = fragments[number[row]];
-    const Vec3 reach = Vec3::Constant(1.5 * next_door * size[row]);  // a graded mesh: the other side may be larger
-    near.clear();
-    tree.in_box(m.built[row] - reach, m.built[row] + reach, near);
-    for (const std::uint32_t other : near) {
-      const double limit = next_door * 0.5 * (size[row] + size[other]);
+    for (const std::uint32_t other : placed.in_box(m.built[row] - reach(row), m.built[row] + reach(row))) {
+      const double limit = next_door * 0.5 * (size(row) + size(other));
       if (number[other] == number[row] || m.body[other] != m.body[row]) continue;
       if ((m.built[other] - m.built[row]).squaredNorm() > limit * limit) continue;
       ++f.links_cut;
@@ -111,8 +129,7 @@ void measure_fragments(const Whole& whole, const Scene& scene, Result& result) {
     number[row] = number[piece[row]];
     add_row(whole, scene, row, fragments[number[row]]);
   }
-  core::Octree tree;
-  if (!fragments.empty()) tree.build(whole.matter.x);
+  const Placed placed(whole, whole.matter.x, [&](std::size_t row) { return mask[row] != 0; });
   count_cut_links(whole, scene, number, fragments);
   double mass = 0, momentum = 0, lone_mass = 0, failed_mass = 0, reach_mass = 0;
   for (std::size_t k = 0; k < fragments.size(); ++k) {
@@ -120,7 +137,7 @@ void measure_fragments(const Whole& whole, const Scene& scene, Result& result) {
     finish(f);
     const std::size_t row = first_row[k];
     f.lone = f.n_points == 1 && !whole.is_element(row) &&
-             out_of_reach(whole, mask, tree, row, bond_spacing(whole.matter, scene, row));
+             out_of_reach(whole, placed, row, bond_spacing(whole.matter, scene, row));
     mass += f.mass;
     momentum += f.mass * f.v.dot(whole.flight);
     failed_mass += f.mass * f.failed_fraction;

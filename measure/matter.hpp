@@ -7,26 +7,63 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "core/types.hpp"
 
 namespace measure {
 
+/// The part of the scene that was computed, and its images: of n elements and p particles and k planes, rows c n + i are the
+/// elements' of copy c < 2^k, which is mirrored in plane j where bit j of c is set, and the particles' follow likewise.
+struct Copies {
+  std::size_t n_elements = 0;       ///< of the part
+  int n_planes = 0;
+  std::array<int, 3> axis{};        ///< [plane] along its normal
+};
+
+/// A field over all rows, stored for the part alone.
+template <class T>
+struct Field {
+  std::vector<T> own;
+  Copies copies;
+
+  std::size_t size() const { return own.size() << copies.n_planes; }
+  bool empty() const { return own.empty(); }
+  T operator[](std::size_t row) const {
+    if (copies.n_planes == 0) return own[row];
+    const std::size_t n_elements = copies.n_elements, elements = n_elements << copies.n_planes;
+    const bool element = row < elements;
+    std::size_t left = element ? row : row - elements, each = element ? n_elements : own.size() - n_elements, copy = 0;
+    while (left >= each) left -= each, ++copy;
+    T a = own[element ? left : n_elements + left];
+    if constexpr (std::is_same_v<T, core::Vec3>)
+      for (int j = 0; j < copies.n_planes; ++j)
+        if (copy >> j & 1) a[copies.axis[static_cast<std::size_t>(j)]] *= -1;
+    return a;
+  }
+};
+
 /// One row an alive element (rows [0, n_elements)) or a particle (the rest).
 struct Matter {
   std::size_t n_elements = 0;
-  std::vector<core::Vec3> x;        ///< centre [m]
-  std::vector<core::Vec3> v;        ///< velocity [m/s]
-  std::vector<double> m;            ///< mass [kg]
-  std::vector<double> rho, p, e, T; ///< [kg/m3] [Pa] [J/kg] [K]
-  std::vector<double> eps_p, damage;
-  std::vector<double> size;         ///< edge of an element (cube root of its volume), spacing of a particle (cbrt(m/rho)) [m]
-  std::vector<int> body;            ///< parent body
-  std::vector<std::uint32_t> parent; ///< element it is or came from, a row of Scene::built; may be empty
-  std::vector<core::Vec3> built;    ///< where that element was built [m]; filled by make_whole
+  Field<core::Vec3> x;        ///< centre [m]
+  Field<core::Vec3> v;        ///< velocity [m/s]
+  Field<double> m;            ///< mass [kg]
+  Field<double> rho, e, T;    ///< [kg/m3] [J/kg] [K]
+  Field<double> damage;
+  Field<double> size;         ///< edge of an element (cube root of its volume), spacing of a particle (cbrt(m/rho)) [m]
+  Field<int> body;            ///< parent body
+  Field<std::uint32_t> parent; ///< element it is or came from, a row of Scene::built; may be empty
+  Field<core::Vec3> built;    ///< where that element was built [m]; filled by make_whole
   std::vector<std::array<std::int32_t, 8>> node;  ///< [n_elements] corners, see fem/mesh.hpp for their order
   std::vector<core::Vec3> node_x;   ///< [m]
+
+  /// Calls f(field) for every field over the rows.
+  template <class F>
+  void each_field(F&& f) {
+    f(x), f(v), f(m), f(rho), f(e), f(T), f(damage), f(size), f(body), f(parent), f(built);
+  }
 };
 
 struct BodyScene {

@@ -16,24 +16,11 @@ constexpr std::array<std::array<int, 8>, 3> image_corners{{{1, 0, 3, 2, 5, 4, 7,
                                                            {3, 2, 1, 0, 7, 6, 5, 4},
                                                            {4, 5, 6, 7, 0, 1, 2, 3}}};
 
-/// Doubles the rows of one field: elements, their images, particles, their images.
-template <class T, class Image>
-void double_rows(std::vector<T>& field, std::size_t n_elements, Image image) {
-  std::vector<T> result;
-  result.reserve(2 * field.size());
-  const auto append = [&](std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i) result.push_back(field[i]);
-    for (std::size_t i = first; i < last; ++i) result.push_back(image(field[i]));
-  };
-  append(0, n_elements);
-  append(n_elements, field.size());
-  field = std::move(result);
-}
-
 double mean_size(const Matter& m) {
+  const std::size_t n = m.size.copies.n_elements;  // of the part: its images are as large
   double sum = 0;
-  for (std::size_t i = 0; i < m.n_elements; ++i) sum += m.size[i];
-  return m.n_elements > 0 ? sum / static_cast<double>(m.n_elements) : 0.0;
+  for (std::size_t i = 0; i < n; ++i) sum += m.size.own[i];
+  return n > 0 ? sum / static_cast<double>(n) : 0.0;
 }
 
 void mirror_mesh(Matter& m, int axis) {
@@ -60,23 +47,15 @@ void mirror_mesh(Matter& m, int axis) {
 }  // namespace
 
 Matter mirrored(Matter m, const core::Symmetry& symmetry) {
+  Copies copies{m.n_elements, 0, {}};
+  m.size.copies = copies;
   for (int axis = 0; axis < 3; ++axis) {
-    if (!symmetry.plane[axis]) continue;
+    if (!symmetry.plane[static_cast<std::size_t>(axis)]) continue;
     mirror_mesh(m, axis);
-    const auto reflect = [axis](core::Vec3 a) {
-      a[axis] = -a[axis];
-      return a;
-    };
-    const auto same = [](auto a) { return a; };
-    double_rows(m.x, m.n_elements, reflect);
-    double_rows(m.v, m.n_elements, reflect);
-    for (auto* field : {&m.m, &m.rho, &m.p, &m.e, &m.T, &m.eps_p, &m.damage, &m.size})
-      if (!field->empty()) double_rows(*field, m.n_elements, same);
-    double_rows(m.body, m.n_elements, same);
-    if (!m.parent.empty()) double_rows(m.parent, m.n_elements, same);
-    if (!m.built.empty()) double_rows(m.built, m.n_elements, reflect);
+    copies.axis[static_cast<std::size_t>(copies.n_planes++)] = axis;
     m.n_elements *= 2;
   }
+  m.each_field([&](auto& field) { field.copies = copies; });
   return m;
 }
 

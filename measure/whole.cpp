@@ -138,10 +138,9 @@ void find_members(const Scene& scene, Whole& whole) {
 
 /// Fills in the place where each row's element was built, where that is known.
 void find_origins(const Scene& scene, Matter& m) {
-  m.built.clear();
   if (scene.built.empty() || m.parent.size() != m.x.size()) return;
-  m.built.reserve(m.parent.size());
-  for (const std::uint32_t el : m.parent) m.built.push_back(scene.built[el].cast<double>());
+  m.built.own.reserve(m.parent.size());
+  for (const std::uint32_t el : m.parent.own) m.built.own.push_back(scene.built[el].cast<double>());
 }
 
 }  // namespace
@@ -185,10 +184,14 @@ Whole make_whole(Matter part, const Scene& scene) {
   whole.matter = mirrored(std::move(part), scene.symmetry);
   whole.impact_speed = scene.impact_velocity.norm();
   if (whole.impact_speed > 0) whole.flight = scene.impact_velocity / whole.impact_speed;
-  whole.faces = all_faces(whole.matter);
-  whole.bonds = all_bonds(whole.matter, scene, whole.faces, speed_limit(whole, bond_speed));
+  const auto outer = [](const Face& f) { return f.b < 0; };
+  if (whole.size() > whole.matter.n_elements) whole.bonds = all_bonds(whole.matter, scene, faces_where(whole.matter, outer), speed_limit(whole, bond_speed));
   find_plates(scene, whole);
   find_members(scene, whole);
+  // Only plates have their surface read. Most faces lie between two settled elements of one, and bound nothing.
+  whole.faces = faces_where(whole.matter, [&](const Face& f) {
+    return whole.rims[whole.matter.body[f.a]].exists && (f.b < 0 || !whole.settled[f.a] || !whole.settled[f.b]);
+  });
   return whole;
 }
 

@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -29,8 +30,8 @@ struct Face {
   std::array<std::int32_t, 4> node;
   std::int32_t a, b;
 };
-/// Every face of every element, once.
-std::vector<Face> all_faces(const Matter& matter);
+/// The faces of elements for which wanted(face), each once.
+std::vector<Face> faces_where(const Matter& matter, const std::function<bool(const Face&)>& wanted);
 
 /// Two rows of which one at least is a particle, close to each other and parting slowly.
 struct Bond {
@@ -66,7 +67,7 @@ struct Rim {
 
 struct Whole {
   Matter matter;
-  std::vector<Face> faces;
+  std::vector<Face> faces;           ///< of plates, but those between settled elements
   std::vector<Bond> bonds;
   std::vector<int> plates;           ///< bodies that are plates: those of the scene in order, then any others
   std::vector<Rim> rims;             ///< one a body

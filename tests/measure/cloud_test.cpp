@@ -73,7 +73,7 @@ TEST(Cloud, MeltFractionIsLinearInEnergy) {
   measure::Matter m;
   for (int i = 0; i < 4; ++i) {
     add_particle(m, {0, i * mm, -9 * mm}, {0, 0, -5000}, 0.2 * mm, i == 3 ? 0 : 1);
-    m.e.back() = 1e5 * i;  // 0, half molten, molten; the last one of another body
+    m.e.own.back() = 1e5 * i;  // 0, half molten, molten; the last one of another body
   }
   measure::Scene s = scene_at();
   add_plate(s, "bumper", 20 * mm, 0.8 * mm);

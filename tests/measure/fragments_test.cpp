@@ -71,7 +71,7 @@ TEST(Fragments, DilutedParticlesDoNotBondOverTheirSpacing) {
   measure::Matter m;  // a tenth of the density: spacings are large, the pieces are not connected
   for (int i = 0; i < 3; ++i) {
     add_particle(m, {i * 0.5 * mm, 0, -9 * mm}, {0, 0, -5000}, 0.2 * mm, 1);
-    m.size.back() *= std::cbrt(10.0), m.rho.back() /= 10;
+    m.size.own.back() *= std::cbrt(10.0), m.rho.own.back() /= 10;
   }
   EXPECT_EQ(get(measure::measure(m, scene_with_plate()), "fragments.count"), 3);
 }
@@ -88,10 +88,10 @@ measure::Result cut_bar(bool failed) {
     const double gap = i < 3 ? 0 : 4 * d;
     add_particle(m, {i * d + gap, 0, -10 * mm}, {i < 3 ? 0.0 : 300.0, 0, -5000}, d, 0);
     built.push_back(Vec3(i * d, 0, 5 * mm).cast<float>());
-    m.parent.push_back(static_cast<std::uint32_t>(i));
+    m.parent.own.push_back(static_cast<std::uint32_t>(i));
   }
   s.built = built;
-  if (failed) m.damage[3] = 1;
+  if (failed) m.damage.own[3] = 1;
   return measure::measure(m, s);
 }
 
@@ -127,7 +127,7 @@ TEST(Fragments, AQuarterCutsTheSameLinksAsTheWhole) {
   for (int i = 0; i < 3; ++i) {  // beside the planes; the outermost flies off
     add_particle(quarter, {(i + 0.5) * d + (i == 2 ? 3 * d : 0), 0.5 * d, -10 * mm}, {i == 2 ? 400.0 : 0.0, 0, -5000}, d, 0);
     built.push_back(Vec3((i + 0.5) * d, 0.5 * d, 5 * mm).cast<float>());
-    quarter.parent.push_back(static_cast<std::uint32_t>(i));
+    quarter.parent.own.push_back(static_cast<std::uint32_t>(i));
   }
   s.built = built;
   s.symmetry.plane[0] = s.symmetry.plane[1] = true;

@@ -125,7 +125,7 @@ TEST(Perforation, MovingWallStaysClosed) {
   measure::Matter m;
   add_block(m, b);
   for (std::size_t el = 0; el < m.n_elements; ++el)
-    if (m.x[el].head<2>().norm() < 4 * mm) m.v[el] = Vec3(0, 0, -600);
+    if (m.x[el].head<2>().norm() < 4 * mm) m.v.own[el] = Vec3(0, 0, -600);
   for (Vec3& x : m.node_x) x.z() -= 3 * mm * std::exp(-x.head<2>().squaredNorm() / (9 * mm * mm));
   measure::Scene s = scene_at();
   add_plate(s, "wall", width, thickness);
@@ -208,7 +208,7 @@ TEST(Perforation, DriftingPowderDoesNotCloseAHole) {
       for (int j = -4; j < 4; ++j) {
         const double inwards = 4 - std::max(std::abs(i + 0.5), std::abs(j + 0.5));  // neighbours part slowly enough to be bonded
         add_particle(m, {(i + 0.5) * 0.5 * mm, (j + 0.5) * 0.5 * mm, -0.3 * mm}, {0, 0, -gradient * inwards}, 0.5 * mm, 1);
-        m.damage.back() = 1;
+        m.damage.own.back() = 1;
       }
     measure::Scene s = scene_at();
     add_plate(s, "wall", width, thickness);
@@ -226,7 +226,7 @@ TEST(Rim, IsDisplacedFromWhereItWasBuilt) {
       for (int j = 0; j < n; ++j) {
         const Vec3 x((i + 0.5 - 0.5 * n) * spacing, (j + 0.5 - 0.5 * n) * spacing, z);
         built.push_back(x.cast<float>());
-        m.parent.push_back(static_cast<std::uint32_t>(m.parent.size()));
+        m.parent.own.push_back(static_cast<std::uint32_t>(m.parent.size()));
         add_particle(m, x - Vec3(0, 0, sunk), {0, 0, 0}, spacing, 1);
       }
   };

@@ -34,9 +34,9 @@ struct Block {
 };
 
 inline void add_row(measure::Matter& m, const Vec3& x, const Vec3& v, double mass, double size, int body) {
-  m.x.push_back(x), m.v.push_back(v), m.m.push_back(mass), m.size.push_back(size), m.body.push_back(body);
-  m.rho.push_back(mass / (size * size * size));
-  for (auto* field : {&m.p, &m.e, &m.T, &m.eps_p, &m.damage}) field->push_back(0);
+  m.x.own.push_back(x), m.v.own.push_back(v), m.m.own.push_back(mass), m.size.own.push_back(size), m.body.own.push_back(body);
+  m.rho.own.push_back(mass / (size * size * size));
+  for (auto* field : {&m.e, &m.T, &m.damage}) field->own.push_back(0);
 }
 
 /// Adds elements; before any particle.
