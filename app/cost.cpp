@@ -18,10 +18,10 @@ namespace app {
 
 constexpr double most_trend = 1.0;  ///< powers of h; more is the scatter of two coarse pilots and no trend
 
-/// What writing and measuring hold at the end of a run, beyond the state, for each symmetry copy of an element: fitted to the peaks of
-/// flyer_plate (950 MiB), a plate of 940,000 elements without symmetry (837 MiB), semi_infinite 8 and 16 across (99 and 317 MiB),
-/// and thin_plate 12 across, hybrid (33 MiB) and erosion (29 MiB).
-constexpr double output_bytes_per_element = 400, output_bytes = 12e6;
+/// What a run holds beyond the state as built, for each element: contact's lists, a part of the output on its way; and where a cloud is
+/// measured on its way to the next plate, a copy of what is measured, and what each symmetry copy takes.
+constexpr double more_bytes_per_element = 60, measured_bytes_per_element = 300, measured_bytes_per_copy = 90;
+constexpr double small_arrays = 15e6;  ///< of any run: buffers, grids of measurements
 
 enum Part { elements, particles, contact };
 constexpr std::size_t n_parts = 3;
@@ -151,17 +151,16 @@ double resident_bytes() {
   return resident * static_cast<double>(sysconf(_SC_PAGESIZE));
 }
 
-/// Of a particle: its rows, its actor, its list with room to grow.
+/// Of a particle: its rows, its actor, its list with room to grow, scratch.
 static double bytes_per_particle() {
   const auto s = straining_block(16, bench_material(), io::Mode::sph);
   choose_step(*s, 1);
   step(*s);
   const double n = static_cast<double>(s->particles.size());
   constexpr double rows = 16 * sizeof(double) + 4 * sizeof(core::Vec3) + 40, scratch = 2 * sizeof(core::Mat3) + 150, tree = 100;
-  constexpr double room = 1.5;  // arrays grow by doubling
-  constexpr double near_group = sizeof(sph::Sixteen<std::uint32_t>) + 3 * sizeof(sph::Sixteen<float>);
-  const double lists = 4 * static_cast<double>(s->hood.pairs.list.size()) + near_group * static_cast<double>(s->hood.near.size());
-  return room * (rows + sph::Actors::bytes_each + scratch + tree + lists / n);
+  constexpr double group = sizeof(sph::Sixteen<float>);
+  const double lists = 4 * static_cast<double>(s->hood.pairs.list.size()) + group * static_cast<double>(3 * s->hood.near.size() + s->hood.pull.size());
+  return rows + sph::Actors::bytes_each + scratch + tree + lists / n;
 }
 
 Cost predict_cost(const Simulation& built, double budget) {
@@ -201,9 +200,11 @@ Cost predict_cost(const Simulation& built, double budget) {
   c.contact_seconds = seconds(contact);
   c.seconds = c.elements_seconds + c.particles_seconds + c.contact_seconds;
   c.particles = matter(last, wanted) * std::pow(built.spec.particles_per_edge, 3);
-  const double stored = built.spec.mode == io::Mode::sph ? 0 : c.particles;  // in mode sph they are there already, without lists
-  c.bytes = memory + (stored + static_cast<double>(built.particles.size())) * bytes_per_particle() +
-            output_bytes_per_element * built.spec.symmetry.copies() * wanted.n_elements + output_bytes;
+  // in mode sph the particles are there already, without lists, and nothing else is
+  const bool particles_alone = built.spec.mode == io::Mode::sph;
+  c.bytes = small_arrays + (particles_alone ? static_cast<double>(built.particles.size()) : c.particles) * bytes_per_particle();
+  const double measured = built.scene.plates.size() > 1 ? measured_bytes_per_element + measured_bytes_per_copy * built.spec.symmetry.copies() : 0.0;
+  if (!particles_alone) c.bytes += memory + (more_bytes_per_element + measured) * wanted.n_elements;
   c.pilot_across = static_cast<int>(last.size.across);
   c.pilot_part = last.reached;
   c.pilot_seconds = spent;

@@ -33,7 +33,8 @@ void add(Result& result, const std::string& key, double value, const std::string
 }
 
 Result measure(Matter matter, const Scene& scene) {
-  const Whole whole = make_whole(std::move(matter), scene);
+  Whole whole = make_whole(std::move(matter), scene);
+  whole.faces = bounding_faces(whole);
   Result result;
   for (const int body : whole.plates) measure_plate(whole, scene, body, result);
   for (std::size_t b = 0; b < scene.bodies.size(); ++b)

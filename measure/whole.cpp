@@ -188,11 +188,13 @@ Whole make_whole(Matter part, const Scene& scene) {
   if (whole.size() > whole.matter.n_elements) whole.bonds = all_bonds(whole.matter, scene, faces_where(whole.matter, outer), speed_limit(whole, bond_speed));
   find_plates(scene, whole);
   find_members(scene, whole);
-  // Only plates have their surface read. Most faces lie between two settled elements of one, and bound nothing.
-  whole.faces = faces_where(whole.matter, [&](const Face& f) {
+  return whole;
+}
+
+std::vector<Face> bounding_faces(const Whole& whole) {
+  return faces_where(whole.matter, [&](const Face& f) {
     return whole.rims[whole.matter.body[f.a]].exists && (f.b < 0 || !whole.settled[f.a] || !whole.settled[f.b]);
   });
-  return whole;
 }
 
 }  // namespace measure

@@ -67,7 +67,7 @@ struct Rim {
 
 struct Whole {
   Matter matter;
-  std::vector<Face> faces;           ///< of plates, but those between settled elements
+  std::vector<Face> faces;           ///< bounding_faces(), where surfaces are read
   std::vector<Bond> bonds;
   std::vector<int> plates;           ///< bodies that are plates: those of the scene in order, then any others
   std::vector<Rim> rims;             ///< one a body
@@ -81,7 +81,10 @@ struct Whole {
   std::size_t size() const { return matter.x.size(); }
   bool is_element(std::size_t row) const { return row < matter.n_elements; }
 };
+/// All but the faces.
 Whole make_whole(Matter part, const Scene& scene);
+/// Faces of plates; without those between two settled elements, most of all, which bound nothing.
+std::vector<Face> bounding_faces(const Whole& whole);
 
 /// Connected pieces of the rows in `mask`: piece[row] is the lowest row of its piece, -1 outside the mask. Bonds between
 /// bodies count only with `across_bodies`.
