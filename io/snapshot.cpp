@@ -298,7 +298,7 @@ void SnapshotWriter::append(const SnapshotSize& size, const SnapshotParts& parts
   if (file.has(group)) file.remove(group);
   if (again) stored_.pop_back();
   try {
-    constexpr std::size_t headers = 64 << 10;
+    constexpr std::size_t headers = 256 << 10;
     file.claim(static_cast<std::size_t>(size.bytes()) + 4 * size.n_particles + headers, fmt::format("the snapshot of step {}", size.step));
     FileSink to(file, group, size);
     parts(to);
