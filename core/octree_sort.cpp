@@ -11,6 +11,7 @@
 #include <tuple>
 #include <utility>
 
+#include "core/box.hpp"
 #include "core/octree_kernel.hpp"
 #include "core/parallel.hpp"
 
@@ -21,26 +22,22 @@ namespace {
 constexpr std::size_t piece = 16384;
 std::size_t n_pieces(std::size_t n) { return (n + piece - 1) / piece; }
 
-struct Cube {
-  Vec3 low = Vec3::Constant(1e300), high = Vec3::Constant(-1e300);
-};
-
-Cube bounds(std::span<const Vec3> x) {
+Box bounds(std::span<const Vec3> x) {
   return reduce(
-      x.size(), Cube{},
+      x.size(), Box{},
       [&](std::size_t first, std::size_t last) {
-        Cube c;
-        for (std::size_t i = first; i < last; ++i) {
-          c.low = c.low.cwiseMin(x[i]);
-          c.high = c.high.cwiseMax(x[i]);
-        }
+        Box c;
+        for (std::size_t i = first; i < last; ++i) c.add(x[i]);
         return c;
       },
-      [](const Cube& a, const Cube& b) { return Cube{a.low.cwiseMin(b.low), a.high.cwiseMax(b.high)}; });
+      [](Box a, const Box& b) {
+        a.add(b);
+        return a;
+      });
 }
 
 /// Cells across a unit of length; 0 where a cube has no size that keys could divide.
-double key_scale(const Cube& c) {
+double key_scale(const Box& c) {
   const double scale = 0x1p21 / (c.high - c.low).maxCoeff();
   return scale < 1e300 ? scale : 0;
 }
@@ -70,7 +67,7 @@ void MortonSort::sort(std::span<const Vec3> x, Isa isa, std::vector<std::uint32_
   const std::size_t n = x.size();
   key_.resize(n);
   index_.resize(n);
-  const Cube cube = bounds(x);
+  const Box cube = bounds(x);
   const double scale = key_scale(cube);
   const auto morton_keys = octree_kernels(isa).morton_keys;
   for_each_block(n, piece, [&](std::size_t first, std::size_t last) {

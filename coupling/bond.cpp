@@ -5,14 +5,15 @@
 #include <cmath>
 #include <span>
 
+#include "core/box.hpp"
 #include "core/cells.hpp"
 #include "core/parallel.hpp"
-#include "coupling/box.hpp"
 #include "fem/elements.hpp"
 #include "sph/kernel.hpp"
 
 namespace coupling {
 
+using core::Box;
 using core::Vec3;
 
 /// Some particles by cells of one reach, and for each cell that holds one or touches one that does, which those are.
@@ -85,7 +86,7 @@ class ParticlesByCell {
 
 /// Box around what is left of a body.
 static Box box_of(const fem::Mesh& mesh, std::size_t body) {
-  if (!mesh.body_awake[body]) return {mesh.body_low[body], mesh.body_high[body]};
+  if (!mesh.body_awake[body]) return mesh.body_box[body];
   const std::size_t begin = mesh.body_nodes[body].first;
   return core::reduce(
       mesh.body_nodes[body].size(), Box{},

@@ -194,15 +194,11 @@ static double approach_step(const Matter& a, const ContactLists& l, const Candid
   if (!(closing > 0)) return any;
   const double when = std::max(0.0, normal.dot(n.x[point.index] - xc) / closing);
   if (when > steps_covered * a.dt) return any;
-  Vec3 low = Vec3::Constant(any), high = -low;
-  for (const auto nd : f) {
-    const Vec3 x = n.x[nd] + when * n.v[nd];
-    low = low.cwiseMin(x);
-    high = high.cwiseMax(x);
-  }
+  core::Box box;
+  for (const auto nd : f) box.add(n.x[nd] + when * n.v[nd]);
   const Vec3 x = n.x[point.index] + when * n.v[point.index];
-  const double beside = (low - x).cwiseMax(x - high).maxCoeff();
-  if (beside > edge_tolerance * (high - low).maxCoeff()) return any;
+  const double beside = (box.low - x).cwiseMax(x - box.high).maxCoeff();
+  if (beside > edge_tolerance * (box.high - box.low).maxCoeff()) return any;
   return closing_part * std::sqrt(0.5 * area_2.norm()) / closing;
 }
 

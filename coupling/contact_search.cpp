@@ -10,6 +10,7 @@
 
 namespace coupling {
 
+using core::Box;
 using core::Cells;
 using core::Vec3;
 
@@ -350,15 +351,15 @@ static bool hold(const fem::Mesh& mesh, const sph::Particles& particles, double 
     district[l.district[b]].nodes.add(moved[b].nodes);
   }
   for (const auto& m : district) whole.all.add(m.all), whole.nodes.add(m.nodes);
-  if (whole.all.apart(whole.nodes) > usable * l.apart) return false;
+  if (whole.all.apart(whole.nodes).maxCoeff() > usable * l.apart) return false;
   for (std::size_t d = 0; d < district.size(); ++d)
     for (const auto o : l.touching[d])
-      if (district[d].all.apart(district[o].nodes) > usable * l.far) return false;
+      if (district[d].all.apart(district[o].nodes).maxCoeff() > usable * l.far) return false;
   const double limit = usable * l.reach;
   return core::min_where(moved.size(), [&](std::size_t b) {
            double most = 0;
            if (l.bins[b].contested)
-             for (const auto o : l.bins[b].face_bins) most = std::max(most, moved[b].all.apart(moved[o].nodes));
+             for (const auto o : l.bins[b].face_bins) most = std::max(most, moved[b].all.apart(moved[o].nodes).maxCoeff());
            return -most;
          }).value >= -limit;
 }
@@ -391,7 +392,7 @@ std::vector<double> times_to_meet(const fem::Mesh& mesh, const sph::Particles& p
   for (std::size_t b = 0; b < n; ++b) {
     if (mesh.body_nodes[b].size() == 0) continue;
     if (!mesh.body_awake[b]) {
-      solid[b].box = {mesh.body_low[b], mesh.body_high[b]};
+      solid[b].box = mesh.body_box[b];
       continue;
     }
     struct Both {

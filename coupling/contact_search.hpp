@@ -12,9 +12,9 @@
 #include <span>
 #include <vector>
 
+#include "core/box.hpp"
 #include "core/cells.hpp"
 #include "core/types.hpp"
-#include "coupling/box.hpp"
 #include "coupling/meeting.hpp"
 #include "fem/mesh.hpp"
 #include "fem/surface.hpp"
@@ -32,7 +32,7 @@ struct ContactFace {
   fem::Face face;
   FaceNodes node;
   std::int32_t body;
-  Box box;              ///< when the lists were made, widened by reach
+  core::Box box;        ///< when the lists were made, widened by reach
   bool paired = false;  ///< stands in a candidate
 };
 

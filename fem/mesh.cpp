@@ -82,13 +82,9 @@ void finish(Mesh& mesh) {
   mesh.awake_blocks.resize(e.n_blocks());
   for (std::size_t b = 0; b < e.n_blocks(); ++b) mesh.awake_blocks[b] = static_cast<std::uint32_t>(b);
   mesh.body_awake.assign(mesh.body_nodes.size(), 1);
-  mesh.body_low.assign(mesh.body_nodes.size(), Vec3::Constant(1e300));
-  mesh.body_high.assign(mesh.body_nodes.size(), Vec3::Constant(-1e300));
+  mesh.body_box.assign(mesh.body_nodes.size(), {});
   for (std::size_t b = 0; b < mesh.body_nodes.size(); ++b)
-    for (std::size_t nd = mesh.body_nodes[b].first; nd < mesh.body_nodes[b].last; ++nd) {
-      mesh.body_low[b] = mesh.body_low[b].cwiseMin(n.x[nd]);
-      mesh.body_high[b] = mesh.body_high[b].cwiseMax(n.x[nd]);
-    }
+    for (std::size_t nd = mesh.body_nodes[b].first; nd < mesh.body_nodes[b].last; ++nd) mesh.body_box[b].add(n.x[nd]);
 }
 
 Mesh emptied(const Mesh& mesh) {

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/box.hpp"
 #include "core/parallel.hpp"
 #include "core/points.hpp"
 #include "core/types.hpp"
@@ -56,7 +57,7 @@ struct Mesh {
   Elements elements;
   std::vector<core::Range> body_elements;  ///< of every body, padding included
   std::vector<core::Range> body_nodes;
-  std::vector<core::Vec3> body_low, body_high;  ///< box around the nodes as built, where they stay while the body sleeps [m]
+  std::vector<core::Box> body_box;         ///< around the nodes as built, where they stay while the body sleeps [m]
   std::vector<int> body_material;          ///< index into the simulation's materials
   std::vector<std::uint32_t> corner_start; ///< [nodes + 1] rows of corners
   std::vector<std::uint32_t> corners;      ///< element * 8 + corner, ascending within a row

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <functional>
 
+#include "core/box.hpp"
 #include "core/octree.hpp"
 #include "measure/families.hpp"
 
@@ -89,13 +90,10 @@ void count_cut_links(const Whole& whole, const Scene& scene, std::span<const std
   if (m.built.empty() || fragments.empty()) return;
   const auto size = [&](std::size_t row) { return built_size(whole, scene, row); };
   const auto reach = [&](std::size_t row) { return Vec3(Vec3::Constant(1.5 * next_door * size(row))); };  // a graded mesh: the other side may be larger
-  Vec3 low = Vec3::Constant(1e300), high = -low;
+  core::Box around;
   for (std::size_t row = 0; row < whole.size(); ++row)
-    if (number[row] >= 0) low = low.cwiseMin(m.built[row] - reach(row)), high = high.cwiseMax(m.built[row] + reach(row));
-  const Placed placed(whole, m.built, [&](std::size_t row) {
-    const Vec3 x = m.built[row];
-    return (x.array() >= low.array()).all() && (x.array() <= high.array()).all();
-  });
+    if (number[row] >= 0) around.add(core::Box{m.built[row] - reach(row), m.built[row] + reach(row)});
+  const Placed placed(whole, m.built, [&](std::size_t row) { return around.contains(m.built[row]); });
   for (std::size_t row = 0; row < whole.size(); ++row) {
     if (number[row] < 0) continue;
     Fragment& f = fragments[number[row]];

@@ -8,9 +8,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/box.hpp"
+
 namespace measure {
 namespace {
 
+using core::Box;
 using core::Vec3;
 
 constexpr double flat_tolerance = 0.02;       // of the thickness ...
@@ -178,10 +181,6 @@ bool touches(const Window& window, const Vec3& low, const Vec3& high) {
   return true;
 }
 
-struct Box {
-  Vec3 low = Vec3::Constant(1e300), high = Vec3::Constant(-1e300);
-  void add(const Vec3& x) { low = low.cwiseMin(x), high = high.cwiseMax(x); }
-};
 Box box_of(const Quad& q) {
   Box box;
   for (const Vec3& x : q.x) box.add(x);
@@ -262,7 +261,7 @@ Window disturbed_window(const Surface& surface, const PlateFrame& frame) {
   Box box;
   std::vector<double> sizes;
   const auto include = [&](const Box& piece, double size) {
-    box.add(piece.low), box.add(piece.high);
+    box.add(piece);
     sizes.push_back(size);
   };
   for (const Quad& q : surface.quads)

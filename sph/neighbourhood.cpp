@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "core/box.hpp"
 #include "core/cells.hpp"
 #include "core/parallel.hpp"
 #include "sph/kernel.hpp"
@@ -75,23 +76,17 @@ void keep_in_front(const std::vector<Mirror>& mirrors, Particles& p) {
   }
 }
 
-/// Bounds of a bin's displacements, and of how much a smoothing length in it has grown.
-struct Bounds {
-  Vec3 low = Vec3::Constant(1e300), high = Vec3::Constant(-1e300);
+/// A bin's displacements, and how much a smoothing length in it has grown.
+struct Change {
+  core::Box moved;
   double growth = 0;
-  void add(const Vec3& u) {
-    low = low.cwiseMin(u);
-    high = high.cwiseMax(u);
-  }
-  /// Square of the largest difference between a displacement here and one there.
-  double apart(const Bounds& o) const { return (high - o.low).cwiseMax(o.high - low).squaredNorm(); }
 };
 
 bool still_valid(const Neighbourhood& hood, const std::vector<Vec3>& watched_x) {
   const std::size_t n_real = hood.n_particles + hood.n_foreign;
   if (hood.age * hood.far_speed > hood.far_path) return false;
   std::vector<Vec3> moved(hood.x_built.size());
-  std::vector<Bounds> bounds(hood.bin_start.size() - 1);
+  std::vector<Change> changes(hood.bin_start.size() - 1);
   for (std::size_t i = 0; i < moved.size(); ++i) {
     std::size_t source = i;
     if (i < n_real) {
@@ -101,17 +96,17 @@ bool still_valid(const Neighbourhood& hood, const std::vector<Vec3>& watched_x) 
       moved[i] = reflect(hood.mirrors[image.mirror], moved[image.source]);
       while (source >= n_real) source = hood.images[source - n_real].source;
     }
-    Bounds& bin = bounds[hood.bin[i]];
-    bin.add(moved[i]);
+    Change& bin = changes[hood.bin[i]];
+    bin.moved.add(moved[i]);
     bin.growth = std::max(bin.growth, hood.actors.place[source].h - hood.h_built[source]);
   }
   for (std::size_t k = 0; k < watched_x.size(); ++k)
-    bounds[hood.bin[moved.size() + k]].add(watched_x[k] - hood.watched_built[k]);
-  for (std::size_t b = 0; b < bounds.size(); ++b)
+    changes[hood.bin[moved.size() + k]].moved.add(watched_x[k] - hood.watched_built[k]);
+  for (std::size_t b = 0; b < changes.size(); ++b)
     for (auto k = hood.bin_start[b]; k < hood.bin_start[b + 1]; ++k) {
-      const Bounds& other = bounds[hood.bin_touching[k]];
-      const double limit = 2 * hood.slack - bounds[b].growth - other.growth;
-      if (limit < 0 || bounds[b].apart(other) > limit * limit) return false;
+      const Change& other = changes[hood.bin_touching[k]];
+      const double limit = 2 * hood.slack - changes[b].growth - other.growth;
+      if (limit < 0 || changes[b].moved.apart(other.moved).squaredNorm() > limit * limit) return false;
     }
   return true;
 }

@@ -4,12 +4,12 @@
 
 #include "core/types.hpp"
 
-namespace coupling {
+namespace core {
 
 struct Box {
-  core::Vec3 low = core::Vec3::Constant(1e300), high = core::Vec3::Constant(-1e300);
+  Vec3 low = Vec3::Constant(1e300), high = Vec3::Constant(-1e300);
 
-  void add(const core::Vec3& x) {
+  void add(const Vec3& x) {
     low = low.cwiseMin(x);
     high = high.cwiseMax(x);
   }
@@ -18,14 +18,14 @@ struct Box {
     high = high.cwiseMax(b.high);
   }
   bool empty() const { return low[0] > high[0]; }
-  bool contains(const core::Vec3& x) const { return (x.array() >= low.array()).all() && (x.array() <= high.array()).all(); }
+  bool contains(const Vec3& x) const { return (x.array() >= low.array()).all() && (x.array() <= high.array()).all(); }
   bool touches(const Box& o) const { return (o.high.array() >= low.array()).all() && (o.low.array() <= high.array()).all(); }
   Box widened(double by) const { return {low.array() - by, high.array() + by}; }
   double distance(const Box& o) const {
-    return (o.low - high).cwiseMax(low - o.high).cwiseMax(core::Vec3::Zero()).norm();
+    return (o.low - high).cwiseMax(low - o.high).cwiseMax(Vec3::Zero()).norm();
   }
-  /// Largest difference in any coordinate between a point here and one there.
-  double apart(const Box& o) const { return (high - o.low).cwiseMax(o.high - low).maxCoeff(); }
+  /// Largest differences in the coordinates between a point here and one there.
+  Vec3 apart(const Box& o) const { return (high - o.low).cwiseMax(o.high - low); }
 };
 
-}  // namespace coupling
+}  // namespace core
