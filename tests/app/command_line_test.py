@@ -365,40 +365,45 @@ class Interrupt(Folder):
             self.assertEqual(self.states(a), self.states(b))
 
     def test_ctrl_c_and_resume(self):
-        # so long that the signal arrives well before the end, however busy the machine is
+        # so long that the signal arrives well before the end, however busy the machine is; all matter as particles takes ten times as long
         long = ["--set", 'run.end="6 us"', "--set", "run.elements_across=8", "--set", 'output.every="1 us"', "--threads", "1"]
-        whole = os.path.join(self.dir, "whole")
-        r = self.ejecta("run", "case.toml", "--out", whole, *long)
-        self.assertEqual(r.returncode, 0, r.stderr)
-        for turn, sig in enumerate((signal.SIGINT, signal.SIGTERM)):
-            out = self.out + str(turn)
-            p = subprocess.Popen([PROGRAM, "run", "case.toml", "--out", out, *long], cwd=self.dir, stdout=subprocess.PIPE,
-                                 stderr=subprocess.STDOUT, text=True, env=dict(os.environ, OMP_NUM_THREADS="1"))
-            seen = ""
-            for line in p.stdout:  # a line every tenth: interrupt after the first, when much has been converted
-                seen += line
-                if "10." in line.split("%")[0] and "%" in line:
-                    p.send_signal(sig)
-                    break
-            seen += p.stdout.read()
-            self.assertEqual(p.wait(timeout=60), 130, seen)
-            p.stdout.close()
-            self.assertIn("resume", seen)
-            self.assertTrue(os.path.exists(os.path.join(out, "checkpoint.h5")))
-            self.nothing_half_written(out)
-            summary = self.summary(out)
-            self.assertIs(summary["completed"], False)
-            self.assertEqual(summary["stop_reason"], "interrupted")
-            self.assertGreater(summary["particles"]["created"], 0, "interrupted before any conversion: no evidence")
-            r = self.ejecta("resume", out, "--threads", "1" if turn == 0 else "2")
-            self.assertEqual(r.returncode, 0, r.stdout + r.stderr)
-            self.nothing_half_written(out)
-            self.same_end(whole, out)
-            with open(os.path.join(whole, "history.csv")) as f, open(os.path.join(out, "history.csv")) as g:
-                self.assertEqual(sorted(set(f)), sorted(set(g)), "the histories differ")
-            with open(os.path.join(out, "history.csv")) as f:
-                times = [row["time_s"] for row in csv.DictReader(f)]
-            self.assertEqual([t for t in times if times.count(t) > 1], [], "rows are there twice")
+        shots = {"hybrid": long, "sph": ["--mode", "sph", "--set", 'run.end="0.6 us"', *long[2:]]}
+        for mode, sig in (("hybrid", signal.SIGINT), ("hybrid", signal.SIGTERM), ("sph", signal.SIGINT)):
+            self.interrupted_and_resumed(mode, sig, shots[mode])
+
+    def interrupted_and_resumed(self, mode, sig, long):
+        whole = os.path.join(self.dir, "whole-" + mode)
+        if not os.path.exists(whole):
+            r = self.ejecta("run", "case.toml", "--out", whole, *long)
+            self.assertEqual(r.returncode, 0, r.stderr)
+        out = self.out + mode + str(int(sig))
+        p = subprocess.Popen([PROGRAM, "run", "case.toml", "--out", out, *long], cwd=self.dir, stdout=subprocess.PIPE,
+                             stderr=subprocess.STDOUT, text=True, env=dict(os.environ, OMP_NUM_THREADS="1"))
+        seen = ""
+        for line in p.stdout:  # a line every tenth: interrupt after the first, when much has been converted
+            seen += line
+            if "10." in line.split("%")[0] and "%" in line:
+                p.send_signal(sig)
+                break
+        seen += p.stdout.read()
+        self.assertEqual(p.wait(timeout=60), 130, seen)
+        p.stdout.close()
+        self.assertIn("resume", seen)
+        self.assertTrue(os.path.exists(os.path.join(out, "checkpoint.h5")))
+        self.nothing_half_written(out)
+        summary = self.summary(out)
+        self.assertIs(summary["completed"], False)
+        self.assertEqual(summary["stop_reason"], "interrupted")
+        self.assertGreater(summary["particles"]["created"], 0, "interrupted before any conversion: no evidence")
+        r = self.ejecta("resume", out, "--threads", "1" if sig == signal.SIGINT else "2")
+        self.assertEqual(r.returncode, 0, r.stdout + r.stderr)
+        self.nothing_half_written(out)
+        self.same_end(whole, out)
+        with open(os.path.join(whole, "history.csv")) as f, open(os.path.join(out, "history.csv")) as g:
+            self.assertEqual(sorted(set(f)), sorted(set(g)), "the histories differ")
+        with open(os.path.join(out, "history.csv")) as f:
+            times = [row["time_s"] for row in csv.DictReader(f)]
+        self.assertEqual([t for t in times if times.count(t) > 1], [], "rows are there twice")
 
     def test_a_killed_run_goes_on_from_its_last_checkpoint(self):
         more = ["--set", 'run.end="6 us"', "--set", "run.elements_across=8", "--set", 'output.every="1 us"', "--set",
@@ -497,6 +502,40 @@ class FullDisk(Folder):
             self.check_stopped(r, out)
         finally:
             subprocess.run(["umount", disk])
+
+
+class Memory(Folder):
+    """What a run holds at most: its state once, whatever is written and measured."""
+
+    def peak(self, *more):
+        with open(PROGRAM, "rb") as f:
+            if b"__asan_init" in f.read():
+                self.skipTest("a sanitizer's own memory is many times that of the state")
+        r = self.ejecta("run", "case.toml", "--out", self.out, "--threads", "1", *more)
+        self.assertEqual(r.returncode, 0, r.stderr)
+        summary = self.summary(self.out)
+        program = 25e6  # libraries, buffers
+        n = summary["elements"]["initial"]
+        print(f"{n} elements: {(summary['peak_memory_bytes'] - program) / n:.0f} bytes each at most", flush=True)
+        return n, (summary["peak_memory_bytes"] - program) / n
+
+    def test_elements(self):
+        n, each = self.peak("--mode", "fem", "--set", 'run.end="5 ns"', "--set", 'run.symmetry="none"', "--set", 'output.every="1 ns"', "--set", 'body.bumper.thickness="3 mm"',
+                            "--set", 'body.bumper.center=["0 mm", "0 mm", "-1.5 mm"]', "--set", "run.elements_across=16", "--set", 'body.bumper.fine_radius="6 mm"')
+        self.assertGreater(n, 1e5)
+        self.assertLess(each, 700)  # 513 of elements and their nodes, contact
+
+    def test_quarter(self):
+        n, each = self.peak("--mode", "fem", "--set", 'run.end="5 ns"', "--set", 'body.bumper.thickness="3 mm"', "--set", 'body.bumper.center=["0 mm", "0 mm", "-1.5 mm"]',
+                            "--set", "run.elements_across=20", "--set", 'body.bumper.fine_radius="6 mm"')
+        self.assertGreater(n, 1e5)
+        self.assertLess(each, 800)  # measured as a whole all the same
+
+    def test_particles(self):
+        n, each = self.peak("--mode", "sph", "--set", 'run.end="5 ns"', "--set", 'run.symmetry="none"', "--set", 'body.bumper.thickness="1 mm"', "--set",
+                            'body.bumper.center=["0 mm", "0 mm", "-0.5 mm"]', "--set", "run.elements_across=12", "--set", 'body.bumper.fine_radius="6 mm"')
+        self.assertGreater(n, 5e4)
+        self.assertLess(each, 2700)
 
 
 class Tables(Folder):
