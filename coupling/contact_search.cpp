@@ -22,16 +22,16 @@ static bool may_strike(const ContactPoint& p, const ContactFace& f) {
   return p.body != f.body && (p.particle || std::find(f.node.begin(), f.node.end(), p.index) == f.node.end());
 }
 
-static Vec3 built_node(const ContactLists& l, std::size_t nd) { return l.node_built[nd].cast<double>(); }
-static Vec3 built_particle(const ContactLists& l, std::size_t i) { return l.particle_built[i].cast<double>(); }
+static Vec3 built_node(const ContactLists& l, std::size_t nd) { return l.origin + l.node_built[nd].cast<double>(); }
+static Vec3 built_particle(const ContactLists& l, std::size_t i) { return l.origin + l.particle_built[i].cast<double>(); }
 static Vec3 built(const ContactLists& l, const ContactPoint& p) {
   return p.particle ? built_particle(l, p.index) : built_node(l, p.index);
 }
 
-/// Rounded positions.
-static void round_to(const std::vector<Vec3>& x, std::vector<core::Vec3f>& rounded) {
-  rounded.resize(x.size());
-  core::for_each(x.size(), [&](std::size_t i) { rounded[i] = x[i].cast<float>(); });
+static core::Vec3f rounded(const ContactLists& l, const Vec3& x) { return (x - l.origin).cast<float>(); }
+static void round_all(const ContactLists& l, const std::vector<Vec3>& x, std::vector<core::Vec3f>& to) {
+  to.resize(x.size());
+  core::for_each(x.size(), [&](std::size_t i) { to[i] = rounded(l, x[i]); });
 }
 
 static Box face_box(const ContactLists& l, const ContactFace& f) {
@@ -227,8 +227,9 @@ void make_lists(const fem::Mesh& mesh, const sph::Particles& particles, std::spa
     if (!l.left_out[mesh.elements.body[f.element]]) faces.push_back(f);
   l.faces.resize(faces.size());
   core::for_each(faces.size(), [&](std::size_t f) { l.faces[f] = contact_face(mesh, faces[f]); });
-  round_to(mesh.nodes.x, l.node_built);
-  round_to(particles.x, l.particle_built);
+  l.origin = mesh.nodes.x[0];
+  round_all(l, mesh.nodes.x, l.node_built);
+  round_all(l, particles.x, l.particle_built);
   l.candidates.clear();
   l.valid = true;
   if (l.faces.empty()) return;
@@ -312,7 +313,7 @@ static bool extend(const fem::Mesh& mesh, const sph::Particles& particles, Conta
     if (!add_point(l, {nd, false, body_of_node(mesh, nd)})) return false;
   for (std::size_t i = before; i < particles.size(); ++i) {
     if (l.left_out[particles.body[i]]) return false;
-    l.particle_built.push_back(earlier(mesh, particles, i, l).cast<float>());
+    l.particle_built.push_back(rounded(l, earlier(mesh, particles, i, l)));
     if (!add_point(l, {static_cast<std::uint32_t>(i), true, -1})) return false;
   }
   return std::all_of(l.surface.new_faces.begin(), l.surface.new_faces.end(),

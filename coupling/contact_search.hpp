@@ -58,6 +58,7 @@ struct ContactLists {
   std::vector<std::uint32_t> district;    ///< [bin] where it belongs to: cubes larger than any face is wide and `apart`
   std::vector<std::vector<std::uint32_t>> touching;  ///< [district] districts that touch it, itself included
   std::vector<std::uint32_t> node_bin;    ///< [node] where it is a point
+  core::Vec3 origin{0, 0, 0};             ///< of the following [m]
   std::vector<core::Vec3f> node_built;    ///< positions when the lists were made, rounded: lists have far more slack [m]
   std::vector<core::Vec3f> particle_built;
   double reach = 0, far = 0, apart = 0;   ///< [m]
