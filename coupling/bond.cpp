@@ -240,18 +240,18 @@ void fill_foreign(const fem::Mesh& mesh, const Bond& bond, sph::Neighbourhood& h
   const fem::Elements& e = mesh.elements;
   const auto parts = static_cast<std::size_t>(bond.parts());
   hood.anchor_spacing = bond.per_edge;
-  hood.anchor_start.assign(1, 0);
-  hood.anchor_x.clear();
-  for (std::size_t k = 0; k < bond.x.size(); ++k) {
-    for (const auto nd : seam_of(bond, k / parts)) hood.anchor_x.push_back(mesh.nodes.x[nd]);
-    hood.anchor_x.push_back(bond.x[k]);
-    hood.anchor_start.push_back(static_cast<std::uint32_t>(hood.anchor_x.size()));
-  }
+  hood.anchor_start.assign(bond.x.size() + 1, 0);
+  for (std::size_t k = 0; k < bond.x.size(); ++k)
+    hood.anchor_start[k + 1] = hood.anchor_start[k] + static_cast<std::uint32_t>(seam_of(bond, k / parts).size()) + 1;
+  hood.anchor_x.resize(hood.anchor_start.back());
   using sph::single;
   const double per_unit = 1 / (hood.unit * hood.unit * hood.unit);
   core::for_each(bond.x.size(), [&](std::size_t k) {
     const std::size_t el = bond.elements[k / parts];
     const std::size_t i = hood.n_particles + k;
+    auto anchor = hood.anchor_start[k];
+    for (const auto nd : seam_of(bond, k / parts)) hood.anchor_x[anchor++] = mesh.nodes.x[nd];
+    hood.anchor_x[anchor] = bond.x[k];
     sph::Actors& a = hood.actors;
     const double rho = e.pt.rho[el], volume = e.pt.m[el] / bond.parts() / rho, p = e.pt.p[el];
     a.place[i] = {bond.x[k], single(part_h(e, el, bond)), single(volume * per_unit)};
