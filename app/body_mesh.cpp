@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/box.hpp"
 #include "core/error.hpp"
 #include "io/mesh_deck.hpp"
 
@@ -28,10 +29,10 @@ void measure_decks(io::Case& spec) {
   for (auto& b : spec.bodies) {
     if (b.shape != Shape::mesh || b.element_size) continue;  // no case gives a deck's element size: it is known by now
     auto deck = io::read_mesh_deck(b.file, 1.0);
-    Vec3 low = Vec3::Constant(1e300), high = -low;
-    for (const Vec3& x : deck.x) low = low.cwiseMin(x), high = high.cwiseMax(x);
-    b.size = high - low;
-    b.deck_middle = 0.5 * (low + high);
+    core::Box box;
+    for (const Vec3& x : deck.x) box.add(x);
+    b.size = box.high - box.low;
+    b.deck_middle = 0.5 * (box.low + box.high);
     const auto count = static_cast<double>(deck.node.size());
     b.element_size = std::cbrt(fem::quality({std::move(deck.x), std::move(deck.node)}).volume / count);
   }

@@ -163,12 +163,13 @@ struct Output {
 /// First multiple of `every` beyond the time.
 static double next_multiple(double time, double every) { return every * (std::floor(time / every * (1 + 1e-12) + 1e-9) + 1); }
 
+static bool ended(const Simulation& s) { return s.time >= s.spec.end * (1 - 1e-12); }
+
 /// Steps until the end, and between them what is due: output follows the first step at or past its time and moves no step.
 static void advance_to_end(Simulation& s, Output& out) {
   Progress progress(s.time, s.spec.end);
   double last_checkpoint = 0, next_history = next_multiple(s.time, out.history_every);
-  const auto ended = [&] { return s.time >= s.spec.end * (1 - 1e-12); };  // the last state is stored after the loop
-  while (!ended()) {
+  while (!ended(s)) {
     if (interrupted) return progress.end();
     const double next_output = next_multiple(s.time, out.every);
     choose_step(s, s.spec.end);
@@ -180,7 +181,7 @@ static void advance_to_end(Simulation& s, Output& out) {
       out.add_history(s);
       next_history = next_multiple(s.time, out.history_every);
     }
-    if (s.time >= next_output && !ended()) out.add_snapshot(s);
+    if (s.time >= next_output && !ended(s)) out.add_snapshot(s);  // the last state is stored after the loop
     if (progress.seconds() - last_checkpoint > out.checkpoint_every) {
       out.add_checkpoint(s);
       last_checkpoint = progress.seconds();
@@ -207,7 +208,7 @@ static int conclude(Simulation& s, Output& out, double wall_before) {
   int code = 0;
   try {
     advance_to_end(s, out);
-    info.completed = s.time >= s.spec.end * (1 - 1e-12);
+    info.completed = ended(s);
     info.stop_reason = info.completed ? "end time" : "interrupted";
     code = info.completed ? 0 : 130;
   } catch (const core::GuardError& e) {
@@ -227,11 +228,11 @@ static int conclude(Simulation& s, Output& out, double wall_before) {
   try {
     write_checkpoint(s, out.dir + "/checkpoint.h5");
     end_steps(s);
-    if (std::isfinite(s.ledger.energy_error)) out.write_snapshot(s);
+    auto snapshot = take_snapshot(s);
+    if (std::isfinite(s.ledger.energy_error)) out.snapshots.append(snapshot);
     if (code != 130) out.add_history(s);  // a resumed run's history has the rows of one that was not interrupted
     info.elements = s.mesh.n_alive, info.particles = s.particles.size();
     const auto scene = scene_now(s);
-    auto snapshot = take_snapshot(s);
     core::free_all(s.mesh, s.particles);
     const auto result = measure_snapshot(std::move(snapshot), scene, s.frozen);
     write_fragments(out.dir, result);
@@ -295,7 +296,7 @@ int resume(const std::string& dir) {
   read_checkpoint(*s, checkpoint);
   account(*s);
   // a run that was killed, or found the disk full, between its last state and its summary still owes the summary
-  if (s->time >= s->spec.end * (1 - 1e-12)) {
+  if (ended(*s)) {
     if (summary_is_complete(dir)) {
       fmt::print("{}: the run has reached its end time already\n", dir);
       return 0;

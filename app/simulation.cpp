@@ -161,9 +161,8 @@ void step(Simulation& s) {
   sph::kick_particles(s.particles, times.kick);
   book_wall_force(s, times.kick);
   clock.mark(Stage::kick);
-  const auto changes = s.contact.changes.count;
   coupling::resolve_contact(s.mesh, s.particles, s.walls, s.contact_settings, s.time, s.dt, s.contact);  // 3 v  n+1/2
-  fem::wake_moving(s.mesh, s.sleep_threshold, s.contact.changes.count != changes);
+  fem::wake_moving(s.mesh, s.sleep_threshold, s.contact.changes.count != coupling::Changes::none);
   clock.mark(Stage::contact);
   add_pair_work(s, times);                                                               // 4  e, grad v         n+1/2
   clock.mark(Stage::pair_work);

@@ -15,7 +15,7 @@ using core::Vec3;
 static const std::string frozen_prefix = "frozen:";
 static std::string impulse_name(const std::string& body, int d) { return std::string("impulse_") + "xyz"[d] + ":" + body; }
 
-constexpr std::size_t n_fields = 12;
+constexpr std::size_t n_fields = 12;  // of give_snapshot()
 
 io::SnapshotSize snapshot_size(const Simulation& s) {
   return {s.time, s.steps, s.mesh.nodes.size(), s.mesh.n_alive, s.particles.size(), n_fields};
@@ -26,21 +26,20 @@ void give_snapshot(const Simulation& s, io::SnapshotSink& to) {
   const auto& p = s.particles;
   /// A row each of what is alive: of(el), of(i).
   const auto rows = [&](const char* name, auto&& of_element, auto&& of_particle) {
-    io::Snapshot::Field f{name, {}, {}};
-    f.element.reserve(s.mesh.n_alive);
+    std::vector<double> element, particle;
+    element.reserve(s.mesh.n_alive);
     for (std::size_t el = 0; el < e.size(); ++el)
-      if (e.alive[el]) f.element.push_back(of_element(el));
-    f.particle.reserve(p.size());
-    for (std::size_t i = 0; i < p.size(); ++i) f.particle.push_back(of_particle(i));
-    to.field(std::move(f));
+      if (e.alive[el]) element.push_back(of_element(el));
+    particle.reserve(p.size());
+    for (std::size_t i = 0; i < p.size(); ++i) particle.push_back(of_particle(i));
+    to.field(name, element, particle);
   };
   const auto point = [&](const char* name, const std::vector<double>& a, const std::vector<double>& b) {
     rows(name, [&](std::size_t el) { return a[el]; }, [&](std::size_t i) { return b[i]; });
   };
   const auto edge = [](const core::Points& pt) { return [&pt](std::size_t k) { return std::cbrt(pt.m[k] / pt.rho[k]); }; };
 
-  to.vectors("node_x", s.mesh.nodes.x);
-  to.vectors("node_v", s.mesh.nodes.v);
+  to.nodes(s.mesh.nodes.x, s.mesh.nodes.v);
   {
     std::vector<std::array<std::int32_t, 8>> corners;
     corners.reserve(s.mesh.n_alive);
@@ -48,8 +47,7 @@ void give_snapshot(const Simulation& s, io::SnapshotSink& to) {
       if (e.alive[el]) corners.push_back(e.node[el]);
     to.corners(corners);
   }
-  to.vectors("particle_x", p.x);
-  to.vectors("particle_v", p.v);
+  to.particles(p.x, p.v);
   point("mass", e.pt.m, p.pt.m);
   point("density", e.pt.rho, p.pt.rho);
   point("pressure", e.pt.p, p.pt.p);

@@ -17,6 +17,10 @@ struct Box {
     low = low.cwiseMin(b.low);
     high = high.cwiseMax(b.high);
   }
+  static Box join(Box a, const Box& b) {
+    a.add(b);
+    return a;
+  }
   bool empty() const { return low[0] > high[0]; }
   bool contains(const Vec3& x) const { return (x.array() >= low.array()).all() && (x.array() <= high.array()).all(); }
   bool touches(const Box& o) const { return (o.high.array() >= low.array()).all() && (o.low.array() <= high.array()).all(); }

@@ -30,10 +30,7 @@ Box bounds(std::span<const Vec3> x) {
         for (std::size_t i = first; i < last; ++i) c.add(x[i]);
         return c;
       },
-      [](Box a, const Box& b) {
-        a.add(b);
-        return a;
-      });
+      Box::join);
 }
 
 /// Cells across a unit of length; 0 where a cube has no size that keys could divide.

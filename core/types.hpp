@@ -7,9 +7,9 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <array>
-#include <utility>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 namespace core {

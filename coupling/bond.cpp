@@ -96,10 +96,7 @@ static Box box_of(const fem::Mesh& mesh, std::size_t body) {
           if (mesh.nodes.m[nd] > 0) box.add(mesh.nodes.x[nd]);
         return box;
       },
-      [](Box a, const Box& b) {
-        a.add(b);
-        return a;
-      });
+      Box::join);
 }
 
 /// Smoothing length of an element's part [m].

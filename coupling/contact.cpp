@@ -424,21 +424,13 @@ static void book(const Matter& a, std::uint32_t start, Contact& c, const Exchang
   wake_struck(a.mesh, x.active, c.lists);
 }
 
-void Changes::begin_step(std::size_t nodes, std::size_t particles) {
-  constexpr std::uint32_t full = 1u << 31;  // a step makes far fewer
-  if (count > full) {
-    count = 1;
-    for (auto* changed : {&node, &particle}) std::fill(changed->begin(), changed->end(), count);
-  }
-  node.resize(nodes, count);
-  particle.resize(particles, count);
-}
-
 void resolve_contact(fem::Mesh& mesh, sph::Particles& particles, const std::vector<Wall>& walls,
                      const ContactSettings& settings, double time, double dt, Contact& c) {
   c.step = 1e300;
+  c.changes.count = Changes::none;
   if (!contact_possible(mesh, particles, walls)) return;
-  c.changes.begin_step(mesh.nodes.size(), particles.size());
+  c.changes.node.assign(mesh.nodes.size(), Changes::none);
+  c.changes.particle.assign(particles.size(), Changes::none);
   const Matter matter{mesh, particles, dt, c.changes};
   Exchanges x;
   resolve_walls(matter, walls, x.walls);

@@ -28,12 +28,11 @@ struct ContactSettings {
   double friction = 0;  ///< Coulomb coefficient [-]
 };
 
-/// When contact last changed the velocity of a node or a particle, by a count of changes that only grows within a step.
+/// When contact last changed the velocity of a node or a particle in this step, by a count of changes.
 struct Changes {
-  std::uint32_t count = 1;
+  static constexpr std::uint32_t none = 1;
+  std::uint32_t count = none;
   std::vector<std::uint32_t> node, particle;
-  /// Room for so many; nothing has changed where the count would run over.
-  void begin_step(std::size_t nodes, std::size_t particles);
 };
 
 struct Contact {

@@ -10,7 +10,8 @@
 
 namespace fem {
 
-std::int64_t across(const Mesh& mesh, std::size_t el, int face) {
+/// Element across a local face, alive or not; -1 where there never was one.
+static std::int64_t across(const Mesh& mesh, std::size_t el, int face) {
   const auto node = [&](int k) { return mesh.elements.node[el][static_cast<std::size_t>(face_corner[face][k])]; };
   const auto first = static_cast<std::size_t>(node(0));
   for (auto k = mesh.corner_start[first]; k < mesh.corner_start[first + 1]; ++k) {

@@ -21,9 +21,6 @@ struct Surface {
   bool built = false;
 };
 
-/// Element across a local face, alive or not; -1 where there never was one.
-std::int64_t across(const Mesh& mesh, std::size_t el, int face);
-
 /// Brings the lists up to date with the elements alive.
 void update_surface(const Mesh& mesh, Surface& surface);
 

@@ -67,50 +67,68 @@ class FileSink : public SnapshotSink {
     std::iota(cell.begin(), cell.end(), 0);
     file.write(group + "/particle_node", cell);
   }
-  void vectors(const std::string& name, std::span<const core::Vec3> rows) override {
-    const double* values = rows.empty() ? nullptr : rows.front().data();
-    check_size(size_, name, rows.size(), name.starts_with("node") ? size_.n_nodes : size_.n_particles, false);
-    check_finite(size_, name, values, rows.size(), 3);
-    file_.write(group_ + "/" + name, values, rows.size(), 3);
+  void nodes(std::span<const core::Vec3> x, std::span<const core::Vec3> v) override {
+    vectors("node_x", x, size_.n_nodes);
+    vectors("node_v", v, size_.n_nodes);
   }
   void corners(std::span<const std::array<std::int32_t, 8>> rows) override {
     check_size(size_, "element_node", rows.size(), size_.n_elements, false);
     check_corners(size_, rows);
     file_.write(group_ + "/element_node", rows.empty() ? nullptr : rows.front().data(), rows.size(), 8);
   }
-  void field(Snapshot::Field f) override {
-    const auto block = [&](const char* name, const std::vector<double>& rows, std::size_t expected) {
-      const std::string what = fmt::format("{} ({}s)", f.name, name);
+  void particles(std::span<const core::Vec3> x, std::span<const core::Vec3> v) override {
+    vectors("particle_x", x, size_.n_particles);
+    vectors("particle_v", v, size_.n_particles);
+  }
+  void field(const std::string& name, std::span<const double> element, std::span<const double> particle) override {
+    const auto block = [&](const char* of, std::span<const double> rows, std::size_t expected) {
+      const std::string what = fmt::format("{} ({}s)", name, of);
       check_size(size_, what, rows.size(), expected, true);
       check_finite(size_, what, rows.data(), rows.size(), 1);
-      if (!rows.empty()) file_.write(fmt::format("{}/{}/{}", group_, name, f.name), rows);
+      if (!rows.empty()) file_.write(fmt::format("{}/{}/{}", group_, of, name), rows.data(), rows.size());
     };
-    block("element", f.element, size_.n_elements);
-    block("particle", f.particle, size_.n_particles);
+    block("element", element, size_.n_elements);
+    block("particle", particle, size_.n_particles);
+    ++n_fields_;
   }
   void scalar(const std::string& name, double value) override { file_.set_attribute(group_, scalar_prefix + name, value); }
   /// The attribute `time` comes last: a group without it was not finished.
   void finish() {
+    check_size(size_, "fields", n_fields_, size_.n_fields, false);  // room was claimed for so many
     file_.set_attribute(group_, "step", size_.step);
     file_.set_attribute(group_, "time", size_.time);
   }
 
  private:
+  void vectors(const std::string& name, std::span<const core::Vec3> rows, std::size_t expected) {
+    const double* values = rows.empty() ? nullptr : rows.front().data();
+    check_size(size_, name, rows.size(), expected, false);
+    check_finite(size_, name, values, rows.size(), 3);
+    file_.write(group_ + "/" + name, values, rows.size(), 3);
+  }
+
   File& file_;
   std::string group_;
   SnapshotSize size_;
+  std::size_t n_fields_ = 0;
 };
 
 /// Parts into one snapshot.
 class Collector : public SnapshotSink {
  public:
   explicit Collector(Snapshot& to) : to_(to) {}
-  void vectors(const std::string& name, std::span<const core::Vec3> rows) override {
-    auto& a = name == "node_x" ? to_.node_x : name == "node_v" ? to_.node_v : name == "particle_x" ? to_.particle_x : to_.particle_v;
-    a.assign(rows.begin(), rows.end());
+  void nodes(std::span<const core::Vec3> x, std::span<const core::Vec3> v) override {
+    to_.node_x.assign(x.begin(), x.end());
+    to_.node_v.assign(v.begin(), v.end());
   }
   void corners(std::span<const std::array<std::int32_t, 8>> rows) override { to_.element_node.assign(rows.begin(), rows.end()); }
-  void field(Snapshot::Field f) override { to_.fields.push_back(std::move(f)); }
+  void particles(std::span<const core::Vec3> x, std::span<const core::Vec3> v) override {
+    to_.particle_x.assign(x.begin(), x.end());
+    to_.particle_v.assign(v.begin(), v.end());
+  }
+  void field(const std::string& name, std::span<const double> element, std::span<const double> particle) override {
+    to_.fields.push_back({name, {element.begin(), element.end()}, {particle.begin(), particle.end()}});
+  }
   void scalar(const std::string& name, double value) override { to_.scalars.emplace_back(name, value); }
 
  private:
@@ -278,12 +296,10 @@ Snapshot collect(const SnapshotSize& size, const SnapshotParts& parts) {
 
 void SnapshotWriter::append(const Snapshot& s) {
   append({s.time, s.step, s.node_x.size(), s.element_node.size(), s.particle_x.size(), s.fields.size()}, [&](SnapshotSink& to) {
-    to.vectors("node_x", s.node_x);
-    to.vectors("node_v", s.node_v);
+    to.nodes(s.node_x, s.node_v);
     to.corners(s.element_node);
-    to.vectors("particle_x", s.particle_x);
-    to.vectors("particle_v", s.particle_v);
-    for (const Snapshot::Field& f : s.fields) to.field(f);
+    to.particles(s.particle_x, s.particle_v);
+    for (const Snapshot::Field& f : s.fields) to.field(f.name, f.element, f.particle);
     for (const auto& [name, value] : s.scalars) to.scalar(name, value);
   });
 }

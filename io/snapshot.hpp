@@ -45,9 +45,10 @@ struct SnapshotSize {
 class SnapshotSink {
  public:
   virtual ~SnapshotSink() = default;
-  virtual void vectors(const std::string& name, std::span<const core::Vec3> rows) = 0;  ///< node_x, node_v, particle_x, particle_v
+  virtual void nodes(std::span<const core::Vec3> x, std::span<const core::Vec3> v) = 0;
   virtual void corners(std::span<const std::array<std::int32_t, 8>> rows) = 0;
-  virtual void field(Snapshot::Field field) = 0;
+  virtual void particles(std::span<const core::Vec3> x, std::span<const core::Vec3> v) = 0;
+  virtual void field(const std::string& name, std::span<const double> element, std::span<const double> particle) = 0;
   virtual void scalar(const std::string& name, double value) = 0;
 };
 using SnapshotParts = std::function<void(SnapshotSink&)>;

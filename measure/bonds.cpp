@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/box.hpp"
 #include "core/octree.hpp"
 #include "core/parallel.hpp"
 #include "measure/whole.hpp"
@@ -165,22 +166,18 @@ class NearParticles {
   std::vector<char> near_;
 };
 
-void bond_elements(const Matter& m, std::span<const Face> faces, const Particles& p, double speed_limit,
-                   std::vector<Bond>& bonds) {
+void bond_elements(const Matter& m, const Particles& p, double speed_limit, std::vector<Bond>& bonds) {
   const NearParticles near(p);
-  std::vector<std::uint32_t> candidates;
-  for (std::size_t f = 0; f < faces.size(); ++f) {
-    if (faces[f].b >= 0) continue;
-    Vec3 low = m.node_x[faces[f].node[0]], high = low;
-    for (const std::int32_t nd : faces[f].node) low = low.cwiseMin(m.node_x[nd]), high = high.cwiseMax(m.node_x[nd]);
-    if (near.touches(low, high)) candidates.push_back(static_cast<std::uint32_t>(f));
-  }
+  const auto faces = faces_where(m, [&](const Face& f) {
+    core::Box box;
+    for (const std::int32_t nd : f.node) box.add(m.node_x[nd]);
+    return f.b < 0 && near.touches(box.low, box.high);
+  });
   constexpr std::size_t block = 512;
-  std::vector<std::vector<Bond>> part((candidates.size() + block - 1) / block);
-  core::for_each_block(candidates.size(), block, [&](std::size_t first, std::size_t last) {
+  std::vector<std::vector<Bond>> part((faces.size() + block - 1) / block);
+  core::for_each_block(faces.size(), block, [&](std::size_t first, std::size_t last) {
     std::vector<std::uint32_t> found;
-    for (std::size_t k = first; k < last; ++k)
-      bond_to_face(m, faces[candidates[k]], p, speed_limit, found, part[first / block]);
+    for (std::size_t k = first; k < last; ++k) bond_to_face(m, faces[k], p, speed_limit, found, part[first / block]);
   });
   for (const auto& piece : part) bonds.insert(bonds.end(), piece.begin(), piece.end());
 }
@@ -219,8 +216,9 @@ double bond_spacing(const Matter& m, const Scene& scene, std::size_t row) {
   return std::min(m.size[row], std::cbrt(m.m[row] / rho_least));
 }
 
-std::vector<Bond> all_bonds(const Matter& m, const Scene& scene, std::span<const Face> faces, double speed_limit) {
+std::vector<Bond> all_bonds(const Matter& m, const Scene& scene, double speed_limit) {
   std::vector<Bond> bonds;
+  if (m.x.size() == m.n_elements) return bonds;
   Particles p;
   for (std::size_t row = m.n_elements; row < m.x.size(); ++row) {
     p.x.push_back(m.x[row]);
@@ -229,7 +227,7 @@ std::vector<Bond> all_bonds(const Matter& m, const Scene& scene, std::span<const
   }
   p.tree.build(p.x);
   bond_particles(m, p, speed_limit, bonds);
-  bond_elements(m, faces, p, speed_limit, bonds);
+  bond_elements(m, p, speed_limit, bonds);
   return bonds;
 }
 

@@ -184,8 +184,7 @@ Whole make_whole(Matter part, const Scene& scene) {
   whole.matter = mirrored(std::move(part), scene.symmetry);
   whole.impact_speed = scene.impact_velocity.norm();
   if (whole.impact_speed > 0) whole.flight = scene.impact_velocity / whole.impact_speed;
-  const auto outer = [](const Face& f) { return f.b < 0; };
-  if (whole.size() > whole.matter.n_elements) whole.bonds = all_bonds(whole.matter, scene, faces_where(whole.matter, outer), speed_limit(whole, bond_speed));
+  whole.bonds = all_bonds(whole.matter, scene, speed_limit(whole, bond_speed));
   find_plates(scene, whole);
   find_members(scene, whole);
   return whole;

@@ -39,7 +39,7 @@ struct Bond {
 };
 /// Particles closer than 1.5 x the mean of their spacings, and particles closer to the surface of an element than their
 /// own spacing; relative speed below `speed_limit` [m/s]. A spacing counts at no less than half the reference density.
-std::vector<Bond> all_bonds(const Matter& matter, const Scene& scene, std::span<const Face> faces, double speed_limit);
+std::vector<Bond> all_bonds(const Matter& matter, const Scene& scene, double speed_limit);
 
 /// Spacing of a row that decides about bonds: cbrt(m / max(rho, rho_0 / 2)) [m].
 double bond_spacing(const Matter& matter, const Scene& scene, std::size_t row);
