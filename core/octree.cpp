@@ -2,6 +2,7 @@
 #include "core/octree.hpp"
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <stdexcept>
 #include <string>
@@ -368,6 +369,29 @@ void RowScratch::store_in(std::vector<std::uint32_t>& list, std::size_t first) {
   row_room = list.size() - std::min<std::size_t>(first, list.size());
 }
 
+/// Sorts slots by the indices of the party that they hold; few as they stand, many digit by digit.
+void RowScratch::sort_strays() {
+  const std::uint32_t* const id = party.id;
+  constexpr std::size_t few = 48;
+  if (stray_.size() <= few) {
+    std::sort(stray_.begin(), stray_.end(), [id](std::uint32_t a, std::uint32_t b) { return id[a] < id[b]; });
+    return;
+  }
+  constexpr int digit_bits = 8;
+  std::uint32_t low = id[stray_[0]], high = low;
+  for (const auto s : stray_) low = std::min(low, id[s]), high = std::max(high, id[s]);
+  stray_2_.resize(stray_.size());
+  for (int shift = 0; shift < 32 && (high - low) >> shift != 0; shift += digit_bits) {
+    const auto digit = [&](std::uint32_t s) { return (id[s] - low) >> shift & ((1u << digit_bits) - 1); };
+    std::array<std::uint32_t, 1u << digit_bits> start{};
+    for (const auto s : stray_) ++start[digit(s)];
+    std::uint32_t total = 0;
+    for (auto& s : start) total += std::exchange(s, total);
+    for (const auto s : stray_) stray_2_[start[digit(s)]++] = s;
+    stray_.swap(stray_2_);
+  }
+}
+
 /// Fills slot_ with 0 ... n - 1 in order of the party's indices. As in octree_sort.cpp: few are out of place as a rule, so
 /// those are picked out (with the one before, which may be the culprit as well), sorted, and merged with the rest.
 void RowScratch::sort_slots(std::size_t n) {
@@ -383,7 +407,7 @@ void RowScratch::sort_slots(std::size_t n) {
       slot_[n_kept++] = k;
     }
   }
-  std::sort(stray_.begin(), stray_.end(), [id](std::uint32_t a, std::uint32_t b) { return id[a] < id[b]; });
+  sort_strays();
   std::size_t to = n;  // from the back, so that nothing is overwritten
   while (!stray_.empty()) {
     const std::uint32_t s = stray_.back();

@@ -72,10 +72,11 @@ struct RowScratch {
   std::size_t list_first_ = 0;
   Candidates sorted_;
   void sort_slots(std::size_t n);
+  void sort_strays();
 
   Aligned<float> real_;
   Aligned<std::uint32_t> id_;
-  std::vector<std::uint32_t> near_, leaf_, node_, row_, count_, slot_, stray_;
+  std::vector<std::uint32_t> near_, leaf_, node_, row_, count_, slot_, stray_, stray_2_;
 };
 
 namespace baseline {
