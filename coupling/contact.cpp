@@ -147,15 +147,16 @@ static std::uint32_t last_change(const Matter& a, const FaceNodes& node) {
 static std::vector<Candidate> near_pairs(const Matter& a, const ContactLists& l) {
   const auto& alive = a.mesh.elements.alive;
   const double ahead = steps_covered * a.dt;
-  std::vector<FaceSweep> swept(l.faces.size());
-  core::for_each(l.faces.size(), [&](std::size_t f) {
-    if (l.faces[f].paired && alive[l.faces[f].face.element]) swept[f] = face_sweep(a.mesh.nodes, l.faces[f].node, ahead);
+  std::vector<FaceSweep> swept(l.paired.size());
+  core::for_each(swept.size(), [&](std::size_t k) {
+    const ContactFace& f = l.faces[l.paired[k]];
+    if (alive[f.face.element]) swept[k] = face_sweep(a.mesh.nodes, f.node, ahead);
   });
   return core::collect<Candidate>(l.candidates.size(), [&](std::size_t k, std::vector<Candidate>& found) {
     const Candidate pair = l.candidates[k];
     const PointRef p = point_ref(a, l.points[pair.point]);
-    if (alive[l.faces[pair.face].face.element] && p.m > 0 && swept[pair.face].reaches(*p.x, *p.v))
-      found.push_back(pair);
+    const ContactFace& f = l.faces[pair.face];
+    if (alive[f.face.element] && p.m > 0 && swept[f.paired].reaches(*p.x, *p.v)) found.push_back(pair);
   });
 }
 

@@ -60,6 +60,14 @@ static std::int32_t body_of_node(const fem::Mesh& mesh, std::size_t nd) {
   return -1;
 }
 
+static void add_pair(ContactLists& l, const Candidate& pair) {
+  l.candidates.push_back(pair);
+  auto& place = l.faces[pair.face].paired;
+  if (place != ContactFace::unpaired) return;
+  place = static_cast<std::uint32_t>(l.paired.size());
+  l.paired.push_back(pair.face);
+}
+
 /// f(bin) for all bins that a box touches.
 template <class F>
 static void each_bin(const ContactLists& l, const Box& box, F&& f) {
@@ -140,8 +148,11 @@ static void bin_all(ContactLists& l) {
   l.cells.reset(l.far);
   l.node_bin.assign(l.node_built.size(), Cells::none);
   for (auto& bin : l.bins) bin.points.clear(), bin.faces.clear(), bin.face_bins.clear(), bin.contested = false;
+  std::vector<core::Cell> cell(l.points.size());
+  core::for_each(cell.size(), [&](std::size_t k) { cell[k] = l.cells.cell(built(l, l.points[k])); });
+  auto b = Cells::none;
   for (std::uint32_t k = 0; k < l.points.size(); ++k) {
-    const auto b = l.cells.insert(l.cells.cell(built(l, l.points[k])));
+    if (k == 0 || cell[k] != cell[k - 1]) b = l.cells.insert(cell[k]);
     if (b >= l.bins.size()) l.bins.resize(b + 1);
     l.bins[b].points.push_back(k);
     if (!l.points[k].particle) l.node_bin[l.points[k].index] = b;
@@ -231,6 +242,7 @@ void make_lists(const fem::Mesh& mesh, const sph::Particles& particles, std::spa
   round_all(l, mesh.nodes.x, l.node_built);
   round_all(l, particles.x, l.particle_built);
   l.candidates.clear();
+  l.paired.clear();
   l.valid = true;
   if (l.faces.empty()) return;
   choose_reach(mesh, particles, dt, l);
@@ -242,16 +254,11 @@ void make_lists(const fem::Mesh& mesh, const sph::Particles& particles, std::spa
     std::vector<std::uint8_t> seen(l.cells.size());
     for (std::size_t b = first; b < last; ++b) pair_up(l, l.bins[b], seen, part[first / block]);
   });
-  for (const auto& list : part) l.candidates.insert(l.candidates.end(), list.begin(), list.end());
-  for (const auto& pair : l.candidates) l.faces[pair.face].paired = true;
+  for (const auto& list : part)
+    for (const auto& pair : list) add_pair(l, pair);
 }
 
 // ------------------------------------------------------------------------------------------------ what appears
-
-static void add_pair(ContactLists& l, const Candidate& pair) {
-  l.candidates.push_back(pair);
-  l.faces[pair.face].paired = true;
-}
 
 /// False where nothing was when the lists were made: then nobody knows what is near.
 static bool add_point(ContactLists& l, const ContactPoint& point) {

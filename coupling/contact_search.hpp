@@ -32,8 +32,9 @@ struct ContactFace {
   fem::Face face;
   FaceNodes node;
   std::int32_t body;
-  core::Box box;        ///< when the lists were made, widened by reach
-  bool paired = false;  ///< stands in a candidate
+  core::Box box;         ///< when the lists were made, widened by reach
+  static constexpr std::uint32_t unpaired = 0xffffffff;
+  std::uint32_t paired = unpaired;  ///< its place in ContactLists::paired
 };
 
 /// One point that may strike one face.
@@ -53,6 +54,7 @@ struct ContactLists {
   std::vector<ContactPoint> points;
   std::vector<ContactFace> faces;         ///< dead ones stay until the next search
   std::vector<Candidate> candidates;
+  std::vector<std::uint32_t> paired;      ///< faces that stand in candidates
   core::Cells cells;
   std::vector<ContactBin> bins;           ///< [cell]
   std::vector<std::uint32_t> district;    ///< [bin] where it belongs to: cubes larger than any face is wide and `apart`
