@@ -17,9 +17,9 @@ struct Plate {
   int body = 0;
   std::string name;
   PlateFrame frame;
-  Surface joined, held, settled;  ///< surfaces of what belongs to it, see Whole
+  Surface sound, held, settled;  ///< surfaces of what belongs to it, see Whole
   Window window;                  ///< what the impact changed
-  Opening opening;                ///< through the joined material
+  Opening opening;                ///< through the sound material
 };
 Plate make_plate(const Whole& whole, const Scene& scene, int body);
 

@@ -36,11 +36,11 @@ Plate make_plate(const Whole& whole, const Scene& scene, int body) {
   plate.body = body;
   plate.name = scene.bodies[body].name;
   plate.frame = plate_frame(scene, body);
-  plate.joined = surface_of(whole, plate.frame, body, whole.joined);
+  plate.sound = surface_of(whole, plate.frame, body, whole.sound);
   plate.held = surface_of(whole, plate.frame, body, whole.held);
   plate.settled = surface_of(whole, plate.frame, body, whole.settled);
-  plate.window = disturbed_window(plate.joined, plate.frame);
-  plate.opening = find_opening(plate.joined, plate.window, plate.frame.thickness);
+  plate.window = disturbed_window(plate.sound, plate.frame);
+  plate.opening = find_opening(plate.sound, plate.window, plate.frame.thickness);
   return plate;
 }
 

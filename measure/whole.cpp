@@ -112,20 +112,22 @@ void find_members(const Scene& scene, Whole& whole) {
     whole.rims[body] = rim_motion(m, frame, rows);
     rim.insert(rim.end(), rows.begin(), rows.end());
   }
-  std::vector<char> own(whole.size(), 0), slow(whole.size(), 0), loose(whole.size(), 0);
+  std::vector<char> own(whole.size(), 0), unfailed(whole.size(), 0), slow(whole.size(), 0), loose(whole.size(), 0);
   for (std::size_t row = 0; row < whole.size(); ++row) {
     const Rim& r = whole.rims[m.body[row]];
     const double speed = (m.v[row] - r.velocity).norm();
-    // A failed particle carries no tension: it is powder that lies at the lip or drifts from it, and holds to nothing. Where it
-    // drifts it is no part of the plate either, and closes no opening.
+    // A failed particle carries no tension: it is powder that lies at the lip or drifts from it, holds to nothing and closes
+    // no opening. Where it drifts it is no part of the plate either.
     const bool powder = !whole.is_element(row) && m.damage[row] >= 1, rests = speed < speed_limit(whole, settled_speed);
+    unfailed[row] = r.exists && !powder;
     own[row] = r.exists && (!powder || rests);
     // A plate that still bends is whole all the same: its elements hang together by their nodes.
     const bool bends = whole.is_element(row) && speed < std::max(speed_limit(whole, loose_speed), bending_speed);
-    slow[row] = r.exists && !powder && (rests || bends);
+    slow[row] = unfailed[row] && (rests || bends);
     loose[row] = speed > speed_limit(whole, r.exists ? loose_speed : settled_speed);
   }
   whole.joined = connected_to_rim(whole, own, rim);
+  whole.sound = connected_to_rim(whole, unfailed, rim);
   whole.settled = connected_to_rim(whole, slow, rim);
   whole.held = whole.joined;
   whole.debris.assign(whole.size(), 0);

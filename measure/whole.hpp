@@ -72,6 +72,7 @@ struct Whole {
   std::vector<int> plates;           ///< bodies that are plates: those of the scene in order, then any others
   std::vector<Rim> rims;             ///< one a body
   std::vector<char> joined;          ///< connected to its plate's rim, at whatever speed
+  std::vector<char> sound;           ///< the same through what has not failed to powder
   std::vector<char> held;            ///< joined: all elements, and particles slower than loose_speed
   std::vector<char> settled;         ///< connected to its plate's rim through material slower than settled_speed
   std::vector<char> debris;          ///< detached from every plate, or joined and faster than loose_speed
