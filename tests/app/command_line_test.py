@@ -259,6 +259,26 @@ class Output(Folder):
         self.assertEqual(r.returncode, 0, r.stderr)
         self.assertEqual(self.summary(self.out)["measurements"], summary["measurements"], "the same run gave other numbers")
 
+    def test_a_later_end(self):
+        self.assertEqual(self.ejecta("run", "case.toml", "--out", self.out, "--set", 'run.end="0.2 us"').returncode, 0)
+        first = self.summary(self.out)
+        path = os.path.join(self.out, "case.toml")
+        with open(path) as f:
+            text = f.read()
+        self.assertIn("end = 2e-07", text)
+        with open(path, "w") as f:
+            f.write(text.replace("end = 2e-07", 'end = "0.4 us"'))
+        r = self.ejecta("resume", self.out)
+        self.assertEqual(r.returncode, 0, r.stderr)
+        second = self.summary(self.out)
+        self.assertTrue(second["completed"])
+        self.assertAlmostEqual(second["time"], 4e-7)
+        self.assertGreater(second["steps"], first["steps"])
+        self.assertLess(abs(second["conservation"]["energy_error"]), 1e-12)
+        with open(os.path.join(self.out, "history.csv")) as f:
+            times = [float(row["time_s"]) for row in csv.DictReader(f)]
+        self.assertEqual(times, sorted(set(times)), "a step stands twice")
+
     def test_state_of_another_mesh(self):
         self.assertEqual(self.ejecta("run", "case.toml", "--out", self.out).returncode, 0)
         path = os.path.join(self.out, "case.toml")
