@@ -148,14 +148,11 @@ static void bin_all(ContactLists& l) {
   l.cells.reset(l.far);
   l.node_bin.assign(l.node_built.size(), Cells::none);
   for (auto& bin : l.bins) bin.points.clear(), bin.faces.clear(), bin.face_bins.clear(), bin.contested = false;
-  std::vector<core::Cell> cell(l.points.size());
-  core::for_each(cell.size(), [&](std::size_t k) { cell[k] = l.cells.cell(built(l, l.points[k])); });
-  auto in = Cells::none;
   for (std::uint32_t k = 0; k < l.points.size(); ++k) {
-    if (k == 0 || cell[k] != cell[k - 1]) in = l.cells.insert(cell[k]);
-    if (in >= l.bins.size()) l.bins.resize(in + 1);
-    l.bins[in].points.push_back(k);
-    if (!l.points[k].particle) l.node_bin[l.points[k].index] = in;
+    const auto b = l.cells.insert(l.cells.cell(built(l, l.points[k])));
+    if (b >= l.bins.size()) l.bins.resize(b + 1);
+    l.bins[b].points.push_back(k);
+    if (!l.points[k].particle) l.node_bin[l.points[k].index] = b;
   }
   l.cells.tabulate();
   constexpr std::size_t block = 256;

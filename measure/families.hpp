@@ -18,8 +18,8 @@ struct Plate {
   std::string name;
   PlateFrame frame;
   Surface sound, held, settled;  ///< surfaces of what belongs to it, see Whole
-  Window window;                  ///< what the impact changed
-  Opening opening;                ///< through the sound material
+  Window window;                 ///< what the impact changed
+  Opening opening;               ///< through the sound material
 };
 Plate make_plate(const Whole& whole, const Scene& scene, int body);
 

@@ -199,7 +199,9 @@ TEST(Perforation, SpallThatStillHangsOnIsBulgeAndNotDetached) {
 }
 
 /// A wall whose middle, four millimetres wide, is one layer of particles that go backwards, the faster the further from its edge.
-measure::Result mended_wall(double damage, double gradient) {
+/// damage(inwards): how far a particle is from that edge [0.5 mm].
+template <class Damage>
+measure::Result mended_wall(Damage&& damage, double gradient = 0) {
   measure::Matter m;
   Block b = plate(width, thickness, 40, 4);
   b.keep = [](const Vec3& x) { return std::max(std::abs(x.x()), std::abs(x.y())) > 2 * mm; };
@@ -208,7 +210,7 @@ measure::Result mended_wall(double damage, double gradient) {
     for (int j = -4; j < 4; ++j) {
       const double inwards = 4 - std::max(std::abs(i + 0.5), std::abs(j + 0.5));  // neighbours part slowly enough to be bonded
       add_particle(m, {(i + 0.5) * 0.5 * mm, (j + 0.5) * 0.5 * mm, -0.3 * mm}, {0, 0, -gradient * inwards}, 0.5 * mm, 1);
-      m.damage.own.back() = damage;
+      m.damage.own.back() = damage(inwards);
     }
   measure::Scene s = scene_at();
   add_plate(s, "wall", width, thickness);
@@ -217,27 +219,14 @@ measure::Result mended_wall(double damage, double gradient) {
 
 TEST(Perforation, PowderClosesNoHole) {
   for (const double gradient : {0.0, 5.0, 70.0}) {  // m/s per half millimetre: it lies in the hole, or blows through it
-    EXPECT_EQ(get(mended_wall(0.99, gradient), "wall.perforated"), 0);
-    EXPECT_EQ(get(mended_wall(1, gradient), "wall.perforated"), 1);
+    EXPECT_EQ(get(mended_wall([](double) { return 0.99; }, gradient), "wall.perforated"), 0);
+    EXPECT_EQ(get(mended_wall([](double) { return 1; }, gradient), "wall.perforated"), 1);
   }
 }
 
-// Two sound halves of a layer that only powder joins: the far one is no longer of the wall.
 TEST(Perforation, WhatHangsOnPowderAloneClosesNoHole) {
-  for (const double damage : {0.5, 1.0}) {
-    measure::Matter m;
-    Block b = plate(width, thickness, 40, 4);
-    b.keep = [](const Vec3& x) { return std::max(std::abs(x.x()), std::abs(x.y())) > 2 * mm; };
-    add_block(m, b);
-    for (int i = -4; i < 4; ++i)
-      for (int j = -4; j < 4; ++j) {
-        add_particle(m, {(i + 0.5) * 0.5 * mm, (j + 0.5) * 0.5 * mm, 0}, {0, 0, 0}, 0.5 * mm, 1);
-        if (std::max(std::abs(i + 0.5), std::abs(j + 0.5)) > 3) m.damage.own.back() = damage;  // the ring that touches the elements
-      }
-    measure::Scene s = scene_at();
-    add_plate(s, "wall", width, thickness);
-    EXPECT_EQ(get(measure::measure(m, s), "wall.perforated"), damage < 1 ? 0 : 1);
-  }
+  for (const double ring : {0.5, 1.0})  // damage of the particles that touch the elements
+    EXPECT_EQ(get(mended_wall([&](double inwards) { return inwards < 1 ? ring : 0.0; }), "wall.perforated"), ring < 1 ? 0 : 1);
 }
 
 // Particles of a graded plate: large ones below, which reach the edge, and small ones above, which end short of it.
