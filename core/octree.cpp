@@ -369,7 +369,7 @@ void RowScratch::store_in(std::vector<std::uint32_t>& list, std::size_t first) {
   row_room = list.size() - std::min<std::size_t>(first, list.size());
 }
 
-/// Sorts slots by the indices of the party that they hold; few as they stand, many digit by digit.
+/// Puts the strays in order of the indices that they stand for: few by comparing them, many digit by digit.
 void RowScratch::sort_strays() {
   const std::uint32_t* const id = party.id;
   constexpr std::size_t few = 48;
