@@ -35,6 +35,7 @@ struct Matter {
 
 /// What a point is made of, read and written through one door.
 struct PointRef {
+  ContactPoint point;
   Vec3* x;
   Vec3* v;
   Vec3* v_mean;
@@ -47,20 +48,25 @@ static PointRef point_ref(const Matter& a, const ContactPoint& point) {
   const std::size_t i = point.index;
   auto& p = a.particles;
   auto& n = a.mesh.nodes;
-  if (point.particle) return {&p.x[i], &p.v[i], &p.v_mean[i], &a.changes.particle[i], p.pt.m[i], 0};
-  return {&n.x[i], &n.v[i], &n.v_mean[i], &a.changes.node[i], n.m[i], n.fixed[i]};
+  if (point.particle) return {point, &p.x[i], &p.v[i], &p.v_mean[i], &a.changes.particle[i], p.pt.m[i], 0};
+  return {point, &n.x[i], &n.v[i], &n.v_mean[i], &a.changes.node[i], n.m[i], n.fixed[i]};
 }
 
 static PointRef node_ref(const Matter& a, std::uint32_t nd) { return point_ref(a, {nd, false}); }
 
 // ------------------------------------------------------------------------------------------------ impulses
 
+static void note_change(const Matter& a, const PointRef& p) {
+  *p.changed = ++a.changes.count;
+  a.changes.log.push_back(p.point);
+}
+
 /// Changes a velocity by dv where it is free, and the mean velocity over the step with it.
 static void push(const Matter& a, const PointRef& p, const Vec3& dv) {
   const Vec3 d = fem::free_part(dv, p.fixed);
   *p.v += d;
   *p.v_mean += 0.5 * d;
-  *p.changed = ++a.changes.count;
+  note_change(a, p);
 }
 
 /// The impulses that one pair exchanged during a step. Their work is taken with the mean velocities at the end, as that of
@@ -100,7 +106,7 @@ static void apply(const Matter& a, const PointRef& p, const FaceNodes& node, con
   };
   const double inverse = inverse_mass(m.normal);
   if (!(inverse > 0)) {  // nothing can give way: it stays a pair that meets
-    *p.changed = ++a.changes.count;
+    note_change(a, p);
     return;
   }
   const double size = (m.target - m.gap_end) / a.dt / inverse;
@@ -160,17 +166,26 @@ static std::vector<Candidate> near_pairs(const Matter& a, const ContactLists& l)
   });
 }
 
-/// Those of the pairs that meet, ascending; only such as contact has changed after `since`. strict: that cross.
-static std::vector<ActivePair> detect(const Matter& a, const std::vector<Candidate>& pairs, std::uint32_t since, bool strict,
-                                      Contact& c) {
-  if (a.changes.count == since) return {};
+/// Candidates with a side that contact has changed after `since`.
+static std::vector<Candidate> changed_pairs(const Matter& a, ContactLists& l, std::uint32_t since) {
+  const Changes& c = a.changes;
+  if (c.count == since) return {};
+  std::vector<ContactPoint> changed;
+  for (std::uint32_t count = since + 1; count <= c.count; ++count) {
+    const ContactPoint& p = c.log[count - Changes::none - 1];
+    if ((p.particle ? c.particle : c.node)[p.index] == count) changed.push_back(p);  // the last of its changes
+  }
+  return candidates_of(changed, l);
+}
+
+/// Those of the pairs that meet, ascending. strict: that cross.
+static std::vector<ActivePair> detect(const Matter& a, const std::vector<Candidate>& pairs, bool strict, Contact& c) {
   const ContactLists& l = c.lists;
   c.pairs_tested += pairs.size();
   auto met = core::collect<ActivePair>(pairs.size(), [&](std::size_t k, std::vector<ActivePair>& found) {
     const ContactPoint& point = l.points[pairs[k].point];
     const ContactFace& f = l.faces[pairs[k].face];
     const PointRef p = point_ref(a, point);
-    if (std::max(*p.changed, last_change(a, f.node)) <= since) return;
     if (!a.mesh.elements.alive[f.face.element] || !(p.m > 0)) return;
     if (!face_sweep(a.mesh.nodes, f.node, a.dt).reaches(*p.x, *p.v)) return;
     if (meet(a.mesh.nodes, f.node, *p.x, *p.v, a.dt, strict).found)
@@ -246,7 +261,7 @@ class ImpactZones {
       for (const auto& pair : met) join(pair.candidate);
       const auto since = a_.changes.count;
       move_together();
-      met = detect(a_, c_.lists.candidates, since, false, c_);
+      met = detect(a_, changed_pairs(a_, c_.lists, since), false, c_);
     }
   }
 
@@ -333,7 +348,7 @@ struct Exchanges {
 static void resolve_faces(const Matter& a, const ContactSettings& settings, Contact& c, Exchanges& x) {
   const auto near = near_pairs(a, c.lists);
   c.step = core::min_where(near.size(), [&](std::size_t k) { return approach_step(a, c.lists, near[k]); }).value;
-  auto met = detect(a, near, 0, false, c);
+  auto met = detect(a, near, false, c);
   for (int sweeps = 0; !met.empty() && sweeps < most_sweeps;) {
     // pairs found in earlier rounds stay in: they are the ones that impulses set moving again
     std::vector<ActivePair> merged;
@@ -342,7 +357,7 @@ static void resolve_faces(const Matter& a, const ContactSettings& settings, Cont
     const auto since = a.changes.count;
     for (int k = 0; k < 20 && sweeps < most_sweeps; ++k, ++sweeps)
       if (sweep(a, x.active, settings, c.lists) == 0) break;
-    met = detect(a, c.lists.candidates, since, false, c);
+    met = detect(a, changed_pairs(a, c.lists, since), false, c);
   }
   if (x.active.empty()) return;
   x.zones = std::make_unique<ImpactZones>(a, c);
@@ -421,7 +436,7 @@ static void book(const Matter& a, std::uint32_t start, Contact& c, const Exchang
   if (x.active.empty()) return;
   for (const auto& pair : x.active) book_pair(a, pair, c);
   x.zones->book();
-  c.leaks += detect(a, c.lists.candidates, start, true, c).size();
+  c.leaks += detect(a, changed_pairs(a, c.lists, start), true, c).size();
   wake_struck(a.mesh, x.active, c.lists);
 }
 
@@ -429,6 +444,7 @@ void resolve_contact(fem::Mesh& mesh, sph::Particles& particles, const std::vect
                      const ContactSettings& settings, double time, double dt, Contact& c) {
   c.step = 1e300;
   c.changes.count = Changes::none;
+  c.changes.log.clear();
   if (!contact_possible(mesh, particles, walls)) return;
   c.changes.node.assign(mesh.nodes.size(), Changes::none);
   c.changes.particle.assign(particles.size(), Changes::none);

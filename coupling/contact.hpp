@@ -33,6 +33,7 @@ struct Changes {
   static constexpr std::uint32_t none = 1;
   std::uint32_t count = none;
   std::vector<std::uint32_t> node, particle;
+  std::vector<ContactPoint> log;  ///< [count - none - 1] what was changed
 };
 
 struct Contact {

@@ -60,6 +60,16 @@ static std::int32_t body_of_node(const fem::Mesh& mesh, std::size_t nd) {
   return -1;
 }
 
+static std::uint32_t bin_of_corner(const ContactLists& l, std::uint32_t nd) { return l.points[l.node_point[nd]].bin; }
+
+/// A point of the list is in this bin.
+static void place_point(ContactLists& l, std::uint32_t k, std::uint32_t bin) {
+  ContactPoint& point = l.points[k];
+  point.bin = bin;
+  (point.particle ? l.particle_point : l.node_point)[point.index] = k;
+  l.bins[bin].points.push_back(k);
+}
+
 static void add_pair(ContactLists& l, const Candidate& pair) {
   l.candidates.push_back(pair);
   auto& place = l.faces[pair.face].paired;
@@ -98,7 +108,7 @@ static void contest(const ContactLists& l, ContactBin& bin, std::vector<std::uin
   bin.contested = true;
   for (const auto f : bin.faces)
     for (const auto nd : l.faces[f].node)
-      if (const auto b = l.node_bin[nd]; !seen[b]) {
+      if (const auto b = bin_of_corner(l, nd); !seen[b]) {
         seen[b] = 1;
         bin.face_bins.push_back(b);
       }
@@ -146,13 +156,13 @@ static void choose_reach(const fem::Mesh& mesh, const sph::Particles& particles,
 
 static void bin_all(ContactLists& l) {
   l.cells.reset(l.far);
-  l.node_bin.assign(l.node_built.size(), Cells::none);
+  l.node_point.assign(l.node_built.size(), ContactLists::no_point);
+  l.particle_point.assign(l.particle_built.size(), ContactLists::no_point);
   for (auto& bin : l.bins) bin.points.clear(), bin.faces.clear(), bin.face_bins.clear(), bin.contested = false;
   for (std::uint32_t k = 0; k < l.points.size(); ++k) {
     const auto b = l.cells.insert(l.cells.cell(built(l, l.points[k])));
     if (b >= l.bins.size()) l.bins.resize(b + 1);
-    l.bins[b].points.push_back(k);
-    if (!l.points[k].particle) l.node_bin[l.points[k].index] = b;
+    place_point(l, k, b);
   }
   l.cells.tabulate();
   constexpr std::size_t block = 256;
@@ -240,6 +250,7 @@ void make_lists(const fem::Mesh& mesh, const sph::Particles& particles, std::spa
   round_all(l, particles.x, l.particle_built);
   l.candidates.clear();
   l.paired.clear();
+  l.rows.n = 0;
   l.valid = true;
   if (l.faces.empty()) return;
   choose_reach(mesh, particles, dt, l);
@@ -264,9 +275,9 @@ static bool add_point(ContactLists& l, const ContactPoint& point) {
   if (b == Cells::none) return false;
   const auto k = static_cast<std::uint32_t>(l.points.size());
   l.points.push_back(point);
+  if (point.particle) l.particle_point.push_back(ContactLists::no_point);
+  place_point(l, k, b);
   ContactBin& bin = l.bins[b];
-  bin.points.push_back(k);
-  if (!point.particle) l.node_bin[point.index] = b;
   for (const auto f : bin.faces) {
     if (point.body == l.faces[f].body) continue;
     if (!bin.contested) contest(l, bin);
@@ -278,7 +289,7 @@ static bool add_point(ContactLists& l, const ContactPoint& point) {
 static bool add_face(ContactLists& l, const ContactFace& face) {
   if (l.left_out[static_cast<std::size_t>(face.body)]) return false;
   for (const auto nd : face.node)
-    if (l.node_bin[nd] == Cells::none) return false;
+    if (l.node_point[nd] == ContactLists::no_point) return false;
   const auto f = static_cast<std::uint32_t>(l.faces.size());
   l.faces.push_back(face);
   const Box box = l.faces.back().box = face_box(l, face);
@@ -286,7 +297,7 @@ static bool add_face(ContactLists& l, const ContactFace& face) {
     ContactBin& bin = l.bins[b];
     bin.faces.push_back(f);
     if (bin.contested)
-      for (const auto nd : face.node) add_face_bin(bin, l.node_bin[nd]);
+      for (const auto nd : face.node) add_face_bin(bin, bin_of_corner(l, nd));
     for (const auto k : bin.points) {
       if (l.points[k].body == face.body) continue;
       if (!bin.contested) contest(l, bin);
@@ -375,6 +386,44 @@ bool keep_lists(const fem::Mesh& mesh, const sph::Particles& particles, double t
   // Paths are straight: what held at the last step's end and holds ahead holds in between.
   return (!grows || (extend(mesh, particles, l) && hold(mesh, particles, 0, l))) &&
          hold(mesh, particles, steps_covered * dt, l);
+}
+
+// ------------------------------------------------------------------------------------------------ who is in which pair
+
+/// f(point) for the one that strikes and the four corners.
+template <class F>
+static void each_point(const ContactLists& l, const Candidate& pair, F&& f) {
+  f(pair.point);
+  for (const auto nd : l.faces[pair.face].node) f(l.node_point[nd]);
+}
+
+static void make_rows(ContactLists& l) {
+  CandidateRows& rows = l.rows;
+  rows.n = l.candidates.size();
+  rows.start.assign(l.points.size() + 1, 0);
+  for (const auto& pair : l.candidates) each_point(l, pair, [&](std::uint32_t k) { ++rows.start[k + 1]; });
+  for (std::size_t k = 0; k < l.points.size(); ++k) rows.start[k + 1] += rows.start[k];
+  rows.list.resize(rows.start.back());
+  std::vector<std::uint32_t> next(rows.start.begin(), rows.start.end() - 1);
+  for (std::uint32_t c = 0; c < rows.n; ++c) each_point(l, l.candidates[c], [&](std::uint32_t k) { rows.list[next[k]++] = c; });
+}
+
+std::vector<Candidate> candidates_of(std::span<const ContactPoint> matter, ContactLists& l) {
+  constexpr std::size_t many = 8;  // pairs that came later are all given, until they are an eighth of those in rows
+  if (l.candidates.size() > l.rows.n + l.rows.n / many) make_rows(l);
+  const CandidateRows& rows = l.rows;
+  std::vector<Candidate> found(l.candidates.begin() + static_cast<std::ptrdiff_t>(rows.n), l.candidates.end());
+  std::vector<std::uint8_t> given(rows.n);
+  for (const auto& m : matter) {
+    const std::size_t k = (m.particle ? l.particle_point : l.node_point)[m.index];
+    if (k + 1 >= rows.start.size()) continue;  // no point, or in later pairs only
+    for (auto r = rows.start[k]; r < rows.start[k + 1]; ++r)
+      if (const auto c = rows.list[r]; !given[c]) {
+        given[c] = 1;
+        found.push_back(l.candidates[c]);
+      }
+  }
+  return found;
 }
 
 // ------------------------------------------------------------------------------------------------ whole bodies

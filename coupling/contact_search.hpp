@@ -26,6 +26,7 @@ struct ContactPoint {
   std::uint32_t index;     ///< node or particle
   bool particle;
   std::int32_t body = -1;  ///< of a node that belongs to elements: it does not strike that body; -1: strikes all
+  std::uint32_t bin = core::Cells::none;
 };
 
 struct ContactFace {
@@ -49,17 +50,25 @@ struct ContactBin {
   bool contested = false;                ///< a point may strike a face here
 };
 
+/// Candidates by the points that strike and by the corners of the faces that are struck.
+struct CandidateRows {
+  std::size_t n = 0;                       ///< candidates that stand in them; others came later
+  std::vector<std::uint32_t> start, list;  ///< [point + 1]
+};
+
 struct ContactLists {
   fem::Surface surface;
   std::vector<ContactPoint> points;
   std::vector<ContactFace> faces;         ///< dead ones stay until the next search
   std::vector<Candidate> candidates;
   std::vector<std::uint32_t> paired;      ///< faces that stand in candidates
+  CandidateRows rows;                     ///< see candidates_of
   core::Cells cells;
   std::vector<ContactBin> bins;           ///< [cell]
   std::vector<std::uint32_t> district;    ///< [bin] where it belongs to: cubes larger than any face is wide and `apart`
   std::vector<std::vector<std::uint32_t>> touching;  ///< [district] districts that touch it, itself included
-  std::vector<std::uint32_t> node_bin;    ///< [node] where it is a point
+  static constexpr std::uint32_t no_point = 0xffffffff;
+  std::vector<std::uint32_t> node_point, particle_point;  ///< [node], [particle] its row of points; corners of faces have one
   core::Vec3 origin{0, 0, 0};             ///< of the following [m]
   std::vector<core::Vec3f> node_built;    ///< positions when the lists were made, rounded: lists have far more slack [m]
   std::vector<core::Vec3f> particle_built;
@@ -79,6 +88,9 @@ bool keep_lists(const fem::Mesh& mesh, const sph::Particles& particles, double t
 /// New lists, without the bodies whose time to meet anything is far off.
 void make_lists(const fem::Mesh& mesh, const sph::Particles& particles, std::span<const double> times_to_meet, double time,
                 double dt, ContactLists& lists);
+
+/// Candidates in which any of these nodes and particles, alone or as a corner, may have a part; each of them once.
+std::vector<Candidate> candidates_of(std::span<const ContactPoint> matter, ContactLists& lists);
 
 /// For each body, how long its elements cannot touch those of another body nor any particle [s].
 std::vector<double> times_to_meet(const fem::Mesh& mesh, const sph::Particles& particles);

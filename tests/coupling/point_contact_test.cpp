@@ -4,6 +4,9 @@
 // and by closed-form inelastic impacts.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <set>
+
 #include "tests/coupling/crossings.hpp"
 #include "tests/coupling/scene.hpp"
 
@@ -262,35 +265,38 @@ std::ptrdiff_t first_difference(const std::vector<Vec3>& a, const std::vector<Ve
   return at == a.end() ? -1 : at - a.begin();
 }
 
+/// A cloud and a block on their way to a plate.
+Kinematic cloud_and_block() {
+  Kinematic k;
+  k.add(scene::plate(8, 2, mm), 2785);
+  auto block = fem::box(rig::line(-1.7 * mm, 1.3 * mm, 4), rig::line(-1.2 * mm, 1.8 * mm, 4), rig::line(0.3 * mm, 3.3 * mm, 4));
+  k.add(block, 2785);
+  fem::finish(k.mesh);
+  k.move_body(1, [](const Vec3& x) { return Vec3(300 - 2e5 * x[1], -200 + 2e5 * x[0], -4000); });
+  std::mt19937 random(11);
+  for (int i = 0; i < 200; ++i)
+    scene::add_particle(k.particles, 1e-8, Vec3(0, 0, 7 * mm) + scene::random_vector(random, 3.5 * mm),
+                        Vec3(0, 0, -5000) + scene::random_vector(random, 2e3), 0);
+  return k;
+}
+
+/// The next element alive from `el` on becomes a particle.
+void convert_element(Kinematic& k, std::size_t el) {
+  el %= k.mesh.elements.size();
+  while (!k.mesh.elements.alive[el]) el = (el + 1) % k.mesh.elements.size();
+  Vec3 v = Vec3::Zero();
+  for (const auto nd : k.mesh.elements.node[el]) v += k.mesh.nodes.v[static_cast<std::size_t>(nd)] / 8;
+  scene::add_particle(k.particles, k.mesh.elements.pt.m[el], fem::centre(k.mesh, el, k.mesh.nodes.x), v, k.mesh.elements.body[el]);
+  k.particles.parent.back() = static_cast<std::uint32_t>(el);
+  fem::remove_element(k.mesh, el, false);
+}
+
 TEST(PointContact, NothingDependsOnWhenListsWereMade) {
-  // A cloud and a block on a plate that loses an element now and then: lists kept and extended give the bits of lists made
-  // anew at every step.
-  const auto scene = [] {
-    Kinematic k;
-    k.add(scene::plate(8, 2, mm), 2785);
-    auto block = fem::box(rig::line(-1.7 * mm, 1.3 * mm, 4), rig::line(-1.2 * mm, 1.8 * mm, 4), rig::line(0.3 * mm, 3.3 * mm, 4));
-    k.add(block, 2785);
-    fem::finish(k.mesh);
-    k.move_body(1, [](const Vec3& x) { return Vec3(300 - 2e5 * x[1], -200 + 2e5 * x[0], -4000); });
-    std::mt19937 random(11);
-    for (int i = 0; i < 200; ++i)
-      scene::add_particle(k.particles, 1e-8, Vec3(0, 0, 7 * mm) + scene::random_vector(random, 3.5 * mm),
-                          Vec3(0, 0, -5000) + scene::random_vector(random, 2e3), 0);
-    return k;
-  };
-  auto kept = scene(), anew = scene();
+  // The plate loses an element now and then: lists kept and extended give the bits of lists made anew at every step.
+  auto kept = cloud_and_block(), anew = cloud_and_block();
   for (int i = 0; i < 150; ++i) {
     for (Kinematic* k : {&kept, &anew}) {
-      if (i % 10 == 5) {
-        std::size_t el = static_cast<std::size_t>(i) * 7 % k->mesh.elements.size();
-        while (!k->mesh.elements.alive[el]) el = (el + 1) % k->mesh.elements.size();
-        sph::Particles& p = k->particles;
-        Vec3 v = Vec3::Zero();
-        for (const auto nd : k->mesh.elements.node[el]) v += k->mesh.nodes.v[static_cast<std::size_t>(nd)] / 8;
-        scene::add_particle(p, k->mesh.elements.pt.m[el], fem::centre(k->mesh, el, k->mesh.nodes.x), v, k->mesh.elements.body[el]);
-        p.parent.back() = static_cast<std::uint32_t>(el);
-        fem::remove_element(k->mesh, el, false);
-      }
+      if (i % 10 == 5) convert_element(*k, static_cast<std::size_t>(i) * 7);
       if (k == &anew) coupling::invalidate(k->contact);
       k->step(2e-8);
     }
@@ -301,6 +307,42 @@ TEST(PointContact, NothingDependsOnWhenListsWereMade) {
   EXPECT_GT(kept.contact.dissipated, 0);
   EXPECT_EQ(kept.contact.leaks, 0u);
   EXPECT_LT(3 * kept.contact.searches, anew.contact.searches);
+}
+
+TEST(PointContact, WhatHasChangedFindsItsPairs) {
+  // Every candidate that the matter asked for has a part in, each once, whether it stood in the lists from the start or came later.
+  auto k = cloud_and_block();
+  coupling::ContactLists& l = k.contact.lists;
+  std::mt19937 random(5);
+  std::size_t from_rows = 0, later = 0;
+  for (int i = 0; i < 60; ++i) {
+    if (i % 10 == 5) convert_element(k, static_cast<std::size_t>(i) * 7);
+    k.step(2e-8);
+    std::vector<coupling::ContactPoint> matter;
+    std::vector<std::uint8_t> node(k.mesh.nodes.size()), particle(k.particles.size());
+    for (int n = 0; n < 12; ++n) {
+      const bool of_particles = n % 2 == 1;
+      auto& chosen = of_particles ? particle : node;
+      const std::size_t at = random() % chosen.size();
+      if (!chosen[at]) matter.push_back({static_cast<std::uint32_t>(at), of_particles});
+      chosen[at] = 1;
+    }
+    const auto part = [&](const coupling::Candidate& c) {
+      const auto& p = l.points[c.point];
+      const auto& f = l.faces[c.face].node;
+      return (p.particle ? particle : node)[p.index] || std::any_of(f.begin(), f.end(), [&](auto nd) { return node[nd] != 0; });
+    };
+    using Pair = std::pair<std::uint32_t, std::uint32_t>;
+    std::set<Pair> found, expected;
+    const auto given = coupling::candidates_of(matter, l);
+    for (const auto& c : given) found.insert({c.point, c.face});
+    EXPECT_EQ(found.size(), given.size()) << "given twice in step " << i;
+    for (std::size_t c = 0; c < l.candidates.size(); ++c)
+      if (c >= l.rows.n || part(l.candidates[c])) expected.insert({l.candidates[c].point, l.candidates[c].face}), ++(c < l.rows.n ? from_rows : later);
+    EXPECT_EQ(found, expected) << "step " << i;
+  }
+  EXPECT_GT(from_rows, 100u);
+  EXPECT_GT(later, 0u);
 }
 
 TEST(PointContact, FarBodiesAreNotSearched) {
