@@ -203,8 +203,13 @@ static void form_districts(ContactLists& l) {
             l.touching[d].push_back(o);
 }
 
+struct PairScratch {
+  std::vector<std::uint8_t> seen;  ///< [bin] all zero
+  std::vector<Vec3> x;             ///< of a bin's points
+};
+
 /// Pairs of one bin.
-static void pair_up(const ContactLists& l, ContactBin& bin, std::vector<std::uint8_t>& seen, std::vector<Candidate>& found) {
+static void pair_up(const ContactLists& l, ContactBin& bin, PairScratch& scratch, std::vector<Candidate>& found) {
   const auto all_alike = [](const auto& rows, const auto& things) {
     return std::all_of(rows.begin(), rows.end(), [&](auto k) { return things[k].body == things[rows[0]].body; });
   };
@@ -212,14 +217,15 @@ static void pair_up(const ContactLists& l, ContactBin& bin, std::vector<std::uin
   if (l.points[bin.points[0]].body == l.faces[bin.faces[0]].body && all_alike(bin.points, l.points) &&
       all_alike(bin.faces, l.faces))
     return;
-  contest(l, bin, seen);
+  contest(l, bin, scratch.seen);
   Box points;
-  for (const auto k : bin.points) points.add(built(l, l.points[k]));
+  scratch.x.clear();
+  for (const auto k : bin.points) points.add(scratch.x.emplace_back(built(l, l.points[k])));
   for (const auto f : bin.faces) {
     const Box& box = l.faces[f].box;
     if (!box.touches(points)) continue;
-    for (const auto k : bin.points)
-      if (box.contains(built(l, l.points[k])) && may_strike(l.points[k], l.faces[f])) found.push_back({k, f});
+    for (std::size_t i = 0; i < scratch.x.size(); ++i)
+      if (box.contains(scratch.x[i]) && may_strike(l.points[bin.points[i]], l.faces[f])) found.push_back({bin.points[i], f});
   }
 }
 
@@ -259,8 +265,8 @@ void make_lists(const fem::Mesh& mesh, const sph::Particles& particles, std::spa
   constexpr std::size_t block = 16;
   std::vector<std::vector<Candidate>> part((l.cells.size() + block - 1) / block);
   core::for_each_block(l.cells.size(), block, [&](std::size_t first, std::size_t last) {
-    std::vector<std::uint8_t> seen(l.cells.size());
-    for (std::size_t b = first; b < last; ++b) pair_up(l, l.bins[b], seen, part[first / block]);
+    PairScratch scratch{std::vector<std::uint8_t>(l.cells.size()), {}};
+    for (std::size_t b = first; b < last; ++b) pair_up(l, l.bins[b], scratch, part[first / block]);
   });
   for (const auto& list : part)
     for (const auto& pair : list) add_pair(l, pair);
