@@ -256,7 +256,7 @@ void make_lists(const fem::Mesh& mesh, const sph::Particles& particles, std::spa
   round_all(l, particles.x, l.particle_built);
   l.candidates.clear();
   l.paired.clear();
-  l.rows.n = 0;
+  l.rows.n = 0, l.rows.start.clear();
   l.valid = true;
   if (l.faces.empty()) return;
   choose_reach(mesh, particles, dt, l);
@@ -415,7 +415,7 @@ static void make_rows(ContactLists& l) {
 }
 
 std::vector<Candidate> candidates_of(std::span<const ContactPoint> matter, ContactLists& l) {
-  constexpr std::size_t many = 8;  // pairs that came later are all given, until they are an eighth of those in rows
+  constexpr std::size_t many = 64;  // pairs that came later are all given, until there is one for so many in rows
   if (l.candidates.size() > l.rows.n + l.rows.n / many) make_rows(l);
   const CandidateRows& rows = l.rows;
   std::vector<Candidate> found(l.candidates.begin() + static_cast<std::ptrdiff_t>(rows.n), l.candidates.end());
