@@ -8,6 +8,7 @@
 #include "core/box.hpp"
 #include "core/cells.hpp"
 #include "core/parallel.hpp"
+#include "core/rows.hpp"
 #include "fem/elements.hpp"
 #include "sph/kernel.hpp"
 
@@ -25,7 +26,12 @@ class ParticlesByCell {
     cells_.reset(reach);
     std::vector<std::uint32_t> cell(rows.size());
     for (std::size_t k = 0; k < rows.size(); ++k) cell[k] = own.insert(own.cell(p.x[rows[k]]));
-    index_ = sort_into_rows(cell, own.size(), start_, [&](std::size_t k) { return rows[k]; });
+    core::sort_into_rows(
+        own.size(),
+        [&](auto&& put) {
+          for (std::size_t k = 0; k < rows.size(); ++k) put(cell[k], rows[k]);
+        },
+        start_, index_);
     extent_.resize(own.size());
     for (std::size_t k = 0; k < rows.size(); ++k) extent_[cell[k]].add(p.x[rows[k]], p.h[rows[k]]);
     std::vector<std::uint32_t> around;
@@ -33,7 +39,12 @@ class ParticlesByCell {
       for (std::int64_t i = -1; i <= 1; ++i)
         for (std::int64_t j = -1; j <= 1; ++j)
           for (std::int64_t k = -1; k <= 1; ++k) around.push_back(cells_.insert({own[c][0] + i, own[c][1] + j, own[c][2] + k}));
-    occupied_ = sort_into_rows(around, cells_.size(), occupied_start_, [](std::size_t k) { return static_cast<std::uint32_t>(k / 27); });
+    core::sort_into_rows(
+        cells_.size(),
+        [&](auto&& put) {
+          for (std::size_t k = 0; k < around.size(); ++k) put(around[k], static_cast<std::uint32_t>(k / 27));
+        },
+        occupied_start_, occupied_);
     cells_.tabulate();
   }
   /// Is there one in the cell of x or in one that touches it?
@@ -65,18 +76,6 @@ class ParticlesByCell {
     }
     double squared_distance(const Vec3& x) const { return (box.low - x).cwiseMax(x - box.high).cwiseMax(0.0).squaredNorm(); }
   };
-
-  /// value(k) in rows by key[k], in order of k.
-  template <class Value>
-  static std::vector<std::uint32_t> sort_into_rows(const std::vector<std::uint32_t>& key, std::size_t n_rows, std::vector<std::uint32_t>& start,
-                                                   Value&& value) {
-    start.assign(n_rows + 1, 0);
-    for (const auto k : key) ++start[k + 1];
-    for (std::size_t r = 0; r < n_rows; ++r) start[r + 1] += start[r];
-    std::vector<std::uint32_t> next(start.begin(), start.end() - 1), sorted(key.size());
-    for (std::size_t k = 0; k < key.size(); ++k) sorted[next[key[k]]++] = value(k);
-    return sorted;
-  }
 
   const sph::Particles& p_;
   core::Cells cells_;

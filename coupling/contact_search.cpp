@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/parallel.hpp"
+#include "core/rows.hpp"
 #include "fem/hex8.hpp"
 
 namespace coupling {
@@ -396,22 +397,18 @@ bool keep_lists(const fem::Mesh& mesh, const sph::Particles& particles, double t
 
 // ------------------------------------------------------------------------------------------------ who is in which pair
 
-/// f(point) for the one that strikes and the four corners.
-template <class F>
-static void each_point(const ContactLists& l, const Candidate& pair, F&& f) {
-  f(pair.point);
-  for (const auto nd : l.faces[pair.face].node) f(l.node_point[nd]);
-}
-
+/// Each stands in the row of the point that strikes and in those of the four corners.
 static void make_rows(ContactLists& l) {
-  CandidateRows& rows = l.rows;
-  rows.n = l.candidates.size();
-  rows.start.assign(l.points.size() + 1, 0);
-  for (const auto& pair : l.candidates) each_point(l, pair, [&](std::uint32_t k) { ++rows.start[k + 1]; });
-  for (std::size_t k = 0; k < l.points.size(); ++k) rows.start[k + 1] += rows.start[k];
-  rows.list.resize(rows.start.back());
-  std::vector<std::uint32_t> next(rows.start.begin(), rows.start.end() - 1);
-  for (std::uint32_t c = 0; c < rows.n; ++c) each_point(l, l.candidates[c], [&](std::uint32_t k) { rows.list[next[k]++] = c; });
+  l.rows.n = l.candidates.size();
+  core::sort_into_rows(
+      l.points.size(),
+      [&](auto&& put) {
+        for (std::uint32_t c = 0; c < l.rows.n; ++c) {
+          put(l.candidates[c].point, c);
+          for (const auto nd : l.faces[l.candidates[c].face].node) put(l.node_point[nd], c);
+        }
+      },
+      l.rows.start, l.rows.list);
 }
 
 std::vector<Candidate> candidates_of(std::span<const ContactPoint> matter, ContactLists& l) {

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "core/error.hpp"
+#include "core/rows.hpp"
 #include "fem/element_kernel.hpp"
 
 namespace fem {
@@ -62,22 +63,18 @@ void finish(Mesh& mesh) {
   Nodes& n = mesh.nodes;
   Elements& e = mesh.elements;
   e.corner_force.resize(e.size() * 24, 0.0);
-  mesh.corner_start.assign(n.size() + 1, 0);
-  const auto each_corner = [&](auto&& f) {
-    for (std::size_t el = 0; el < e.size(); ++el)
-      if (e.alive[el])
-        for (std::uint32_t i = 0; i < 8; ++i)
-          f(static_cast<std::size_t>(e.node[el][i]), static_cast<std::uint32_t>(el * 8 + i));
-  };
-  each_corner([&](std::size_t node, std::uint32_t) { ++mesh.corner_start[node + 1]; });
-  for (std::size_t i = 0; i < n.size(); ++i) mesh.corner_start[i + 1] += mesh.corner_start[i];
-  mesh.corners.resize(mesh.corner_start.back());
-  std::vector<std::uint32_t> next(mesh.corner_start.begin(), mesh.corner_start.end());
+  core::sort_into_rows(
+      n.size(),
+      [&](auto&& put) {
+        for (std::size_t el = 0; el < e.size(); ++el)
+          if (e.alive[el])
+            for (std::uint32_t i = 0; i < 8; ++i) put(static_cast<std::size_t>(e.node[el][i]), static_cast<std::uint32_t>(el * 8 + i));
+      },
+      mesh.corner_start, mesh.corners);
   std::fill(n.m.begin(), n.m.end(), 0.0);
-  each_corner([&](std::size_t node, std::uint32_t corner) {
-    mesh.corners[next[node]++] = corner;
-    n.m[node] += 0.125 * e.pt.m[corner / 8];
-  });
+  for (std::size_t el = 0; el < e.size(); ++el)
+    if (e.alive[el])
+      for (const auto node : e.node[el]) n.m[static_cast<std::size_t>(node)] += 0.125 * e.pt.m[el];
   mesh.block_awake.assign(e.n_blocks(), 1);
   mesh.awake_blocks.resize(e.n_blocks());
   for (std::size_t b = 0; b < e.n_blocks(); ++b) mesh.awake_blocks[b] = static_cast<std::uint32_t>(b);

@@ -8,6 +8,7 @@
 #include "core/box.hpp"
 #include "core/octree.hpp"
 #include "core/parallel.hpp"
+#include "core/rows.hpp"
 #include "measure/whole.hpp"
 
 namespace measure {
@@ -49,20 +50,17 @@ Side side_of(const Matter& m, std::uint32_t number) {
 
 /// Sides, numbered 6 to the element, in rows by their lowest node, of nodes [first, last).
 void bucket_sides(const Matter& m, std::size_t first, std::size_t last, std::vector<std::uint32_t>& start, std::vector<std::uint32_t>& sides) {
-  start.assign(last - first + 1, 0);
-  const auto each_side = [&](auto&& f) {
-    for (std::uint32_t el = 0; el < m.n_elements; ++el) {
-      const auto [low, high] = std::minmax_element(m.node[el].begin(), m.node[el].end());
-      if (static_cast<std::size_t>(*high) < first || static_cast<std::size_t>(*low) >= last) continue;
-      for (std::uint32_t s = 6 * el; s < 6 * el + 6; ++s)
-        if (const std::size_t nd = static_cast<std::size_t>(side_of(m, s).sorted[0]) - first; nd < last - first) f(nd, s);
-    }
-  };
-  each_side([&](std::size_t nd, std::uint32_t) { ++start[nd + 1]; });
-  for (std::size_t nd = 1; nd < start.size(); ++nd) start[nd] += start[nd - 1];
-  sides.resize(start.back());
-  std::vector<std::uint32_t> next(start.begin(), start.end() - 1);
-  each_side([&](std::size_t nd, std::uint32_t s) { sides[next[nd]++] = s; });
+  core::sort_into_rows(
+      last - first,
+      [&](auto&& put) {
+        for (std::uint32_t el = 0; el < m.n_elements; ++el) {
+          const auto [low, high] = std::minmax_element(m.node[el].begin(), m.node[el].end());
+          if (static_cast<std::size_t>(*high) < first || static_cast<std::size_t>(*low) >= last) continue;
+          for (std::uint32_t s = 6 * el; s < 6 * el + 6; ++s)
+            if (const std::size_t nd = static_cast<std::size_t>(side_of(m, s).sorted[0]) - first; nd < last - first) put(nd, s);
+        }
+      },
+      start, sides);
 }
 
 double squared_distance(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {

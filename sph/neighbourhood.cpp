@@ -8,6 +8,7 @@
 #include "core/box.hpp"
 #include "core/cells.hpp"
 #include "core/parallel.hpp"
+#include "core/rows.hpp"
 #include "sph/kernel.hpp"
 #include "sph/pair_kernel.hpp"
 
@@ -162,18 +163,17 @@ static void turn_rows(Neighbourhood& hood) {
   const std::size_t n = hood.n_particles, n_real = n + hood.n_foreign;
   auto& [start, list] = hood.pairs;
   if (hood.n_foreign == 0) return start.resize(n + 1);  // images have no rows then
-  const auto each_foreign_pair = [&](auto&& f) {
-    for (std::size_t j = 0; j + 1 < start.size(); ++j)
-      for (std::uint64_t k = start[j]; k < start[j + 1]; ++k)
-        if (list[k] >= n && list[k] < n_real) f(list[k], static_cast<std::uint32_t>(j));
-  };
-  std::vector<std::uint64_t> row(hood.n_foreign + 1, 0);
-  each_foreign_pair([&](std::uint32_t foreigner, std::uint32_t) { ++row[foreigner - n + 1]; });
-  row[0] = start[n];
-  for (std::size_t k = 0; k < hood.n_foreign; ++k) row[k + 1] += row[k];
-  std::vector<std::uint32_t> rows(row.back() - start[n]);
-  std::vector<std::uint64_t> next = row;
-  each_foreign_pair([&](std::uint32_t foreigner, std::uint32_t j) { rows[next[foreigner - n]++ - start[n]] = j; });
+  std::vector<std::uint64_t> row;
+  std::vector<std::uint32_t> rows;
+  core::sort_into_rows(
+      hood.n_foreign,
+      [&](auto&& put) {
+        for (std::size_t j = 0; j + 1 < start.size(); ++j)
+          for (std::uint64_t k = start[j]; k < start[j + 1]; ++k)
+            if (list[k] >= n && list[k] < n_real) put(list[k] - n, static_cast<std::uint32_t>(j));
+      },
+      row, rows);
+  for (auto& at : row) at += start[n];
   start.resize(n);
   start.insert(start.end(), row.begin(), row.end());
   list.resize(row[0]);
