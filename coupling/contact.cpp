@@ -166,14 +166,14 @@ static std::vector<Candidate> near_pairs(const Matter& a, const ContactLists& l)
   });
 }
 
-/// Candidates with a side that contact has changed after `since`.
+/// Candidates with a side that contact may have changed after `since`.
 static std::vector<Candidate> changed_pairs(const Matter& a, ContactLists& l, std::uint32_t since) {
   const Changes& c = a.changes;
   if (c.count == since) return {};
   std::vector<ContactPoint> changed;
   for (std::uint32_t count = since + 1; count <= c.count; ++count) {
     const ContactPoint& p = c.log[count - Changes::none - 1];
-    if ((p.particle ? c.particle : c.node)[p.index] == count) changed.push_back(p);  // the last of its changes
+    if (*point_ref(a, p).changed == count) changed.push_back(p);  // the last of its changes
   }
   return candidates_of(changed, l);
 }

@@ -61,13 +61,15 @@ static std::int32_t body_of_node(const fem::Mesh& mesh, std::size_t nd) {
   return -1;
 }
 
+/// Its row of points.
+static std::uint32_t& row_of(ContactLists& l, const ContactPoint& p) { return (p.particle ? l.particle_point : l.node_point)[p.index]; }
 static std::uint32_t bin_of_corner(const ContactLists& l, std::uint32_t nd) { return l.points[l.node_point[nd]].bin; }
 
 /// A point of the list is in this bin.
 static void place_point(ContactLists& l, std::uint32_t k, std::uint32_t bin) {
   ContactPoint& point = l.points[k];
   point.bin = bin;
-  (point.particle ? l.particle_point : l.node_point)[point.index] = k;
+  row_of(l, point) = k;
   l.bins[bin].points.push_back(k);
 }
 
@@ -418,7 +420,7 @@ std::vector<Candidate> candidates_of(std::span<const ContactPoint> matter, Conta
   std::vector<Candidate> found(l.candidates.begin() + static_cast<std::ptrdiff_t>(rows.n), l.candidates.end());
   std::vector<std::uint8_t> given(rows.n);
   for (const auto& m : matter) {
-    const std::size_t k = (m.particle ? l.particle_point : l.node_point)[m.index];
+    const std::size_t k = row_of(l, m);
     if (k + 1 >= rows.start.size()) continue;  // no point, or in later pairs only
     for (auto r = rows.start[k]; r < rows.start[k + 1]; ++r)
       if (const auto c = rows.list[r]; !given[c]) {
