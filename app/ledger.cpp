@@ -88,6 +88,13 @@ static Vec3 conserved(const core::Symmetry& symmetry, Vec3 momentum, bool angula
   return momentum;
 }
 
+/// What to try where a guard stops a run.
+static std::string advice(const Simulation& s) {
+  if (s.spec.mode == io::Mode::fem)
+    return "elements of mode \"fem\" keep what distorts them; mode \"hybrid\" converts such elements, \"erosion\" deletes them";
+  return fmt::format("try a smaller run.cfl (now {:g}){}", s.spec.cfl, s.spec.mode == io::Mode::sph ? "" : " or a lower limit of distortion (convert)");
+}
+
 void account(Simulation& s) {
   Ledger& l = s.ledger;
   l.now = totals(s, l.solid);
@@ -107,8 +114,8 @@ void account(Simulation& s) {
   if (!std::isfinite(l.energy_error) || std::abs(l.energy_error) > s.spec.energy_tolerance)
     throw core::GuardError(fmt::format(
         "energy is not conserved: the ledger is off by {:.3e} of the initial kinetic energy (limit {:.1e}) at step {}, "
-        "t = {:.4g} us; try a smaller run.cfl (now {:g})",
-        l.energy_error, s.spec.energy_tolerance, s.steps, s.time * 1e6, s.spec.cfl));
+        "t = {:.4g} us; {}",
+        l.energy_error, s.spec.energy_tolerance, s.steps, s.time * 1e6, advice(s)));
   if (l.initial.kinetic <= 0) return;
   constexpr double most = 0.02;
   const double grown = l.now.kinetic + l.eroded_kinetic - l.initial.kinetic -
@@ -116,8 +123,8 @@ void account(Simulation& s) {
   if (!(grown <= most * l.initial.kinetic))
     throw core::GuardError(fmt::format(
         "kinetic energy has grown by {:.2g} of its initial value (limit {:g}) without a source, at step {}, t = {:.4g} us; "
-        "try a smaller run.cfl (now {:g})",
-        grown / l.initial.kinetic, most, s.steps, s.time * 1e6, s.spec.cfl));
+        "{}",
+        grown / l.initial.kinetic, most, s.steps, s.time * 1e6, advice(s)));
 }
 
 /// Energy that matter misses below its cold curve, summed [J].
@@ -169,8 +176,8 @@ void check_health(const Simulation& s) {
   if (!(deficit <= most * kinetic))
     throw core::GuardError(fmt::format(
         "internal energy lies {:.3e} J below the cold curve, {:.2g} of the initial kinetic energy (limit {:g}), at step {}, "
-        "t = {:.4g} us: energy is being drawn from matter that has none; try a smaller run.cfl or convert.jacobian_ratio",
-        deficit, deficit / kinetic, most, s.steps, s.time * 1e6));
+        "t = {:.4g} us: energy is being drawn from matter that has none; {}",
+        deficit, deficit / kinetic, most, s.steps, s.time * 1e6, advice(s)));
 }
 
 }  // namespace app

@@ -380,6 +380,45 @@ TEST(Guards, AShotBeyondTheEquationOfStateRunsAndSaysSo) {
   EXPECT_TRUE(small_case::begin()->warnings.empty());
 }
 
+TEST(Meshes, APlateThinnerThanAnElementIsSaid) {
+  EXPECT_TRUE(small_case::set_up({"body.bumper.thickness=\"0.08 mm\""})->warnings.empty());  // elements of 0.125 mm
+  const auto s = small_case::set_up({"body.bumper.thickness=\"0.05 mm\""});
+  ASSERT_EQ(s->warnings.size(), 1u);
+  EXPECT_NE(s->warnings[0].find("\"bumper\" is 0.05 mm thick"), std::string::npos) << s->warnings[0];
+}
+
+// A step may close on a face by a part of what lies behind it, not of its edge alone: here the plate's one layer is a third as
+// thick as wide, and a step of 0.4 edges would pass through it.
+TEST(Guards, AFastBlockOnAPlateThinnerThanAnElementRuns) {
+  auto s = small_case::begin({}, R"(title = "fast block on a thin plate"
+[run]
+end = "0.43 us"
+elements_across = 8
+[[body]]
+name = "projectile"
+shape = "box"
+size = ["0.6204 mm", "1.0145 mm", "0.8826 mm"]
+center = ["0 mm", "0 mm", "0.6682 mm"]
+velocity = ["3.0495 km/s", "0 km/s", "-11.381 km/s"]
+material = "OFHC-Cu-JC"
+[[body]]
+name = "plate"
+shape = "plate"
+size = ["6.989 mm", "6.989 mm"]
+thickness = "0.03457 mm"
+center = ["0 mm", "0 mm", "-0.0173 mm"]
+material = "Cu-Tillotson"
+)");
+  double hourglass = 0;
+  while (s->time < s->spec.end * (1 - 1e-12)) {
+    small_case::run(*s, s->steps + 1);
+    hourglass = std::max(hourglass, std::abs(s->ledger.hourglass) / s->ledger.initial.kinetic);
+  }
+  EXPECT_LT(std::abs(s->ledger.energy_error), 1e-9);
+  EXPECT_LT(hourglass, 0.01);  // 9.9 before it stopped, with steps of 0.4 edges
+  EXPECT_GT(s->n_converted, 500u);
+}
+
 TEST(Guards, MoreThanTheMachineHasIsRefusedBeforeItIsBuilt) {
   try {
     small_case::set_up({"run.elements_across=1000"});
