@@ -88,8 +88,7 @@ static Vec3 conserved(const core::Symmetry& symmetry, Vec3 momentum, bool angula
   return momentum;
 }
 
-/// What to try where a guard stops a run.
-static std::string advice(const Simulation& s) {
+std::string advice(const Simulation& s) {
   if (s.spec.mode == io::Mode::fem)
     return "elements of mode \"fem\" keep what distorts them; mode \"hybrid\" converts such elements, \"erosion\" deletes them";
   return fmt::format("try a smaller run.cfl (now {:g}){}", s.spec.cfl, s.spec.mode == io::Mode::sph ? "" : " or a lower limit of distortion (convert)");
@@ -122,8 +121,7 @@ void account(Simulation& s) {
                        std::max(0.0, l.initial.internal);
   if (!(grown <= most * l.initial.kinetic))
     throw core::GuardError(fmt::format(
-        "kinetic energy has grown by {:.2g} of its initial value (limit {:g}) without a source, at step {}, t = {:.4g} us; "
-        "{}",
+        "kinetic energy has grown by {:.2g} of its initial value (limit {:g}) without a source, at step {}, t = {:.4g} us; {}",
         grown / l.initial.kinetic, most, s.steps, s.time * 1e6, advice(s)));
 }
 

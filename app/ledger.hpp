@@ -55,4 +55,7 @@ void check_health(const Simulation& s);
 /// Adds a warning for each material with a tabular equation of state whose matter is off the table now, once a material.
 void check_tables(Simulation& s);
 
+/// What to try where a guard stops a run.
+std::string advice(const Simulation& s);
+
 }  // namespace app

@@ -130,17 +130,15 @@ static void warn_of_mismatch(const io::Case& spec, const std::vector<PlacedBody>
   const auto& shot = placed[static_cast<std::size_t>(projectile_of(spec))];
   for (const int b : plates_in_order(spec)) {
     const auto& plate = placed[static_cast<std::size_t>(b)];
-    const double thickness = plate.spec->size[2];  // one element where that is less than their size
-    if (plate.element_size < fair * shot.element_size)
+    const double thickness = plate.spec->shape == io::Shape::plate ? plate.spec->size[2] : plate.element_size;
+    const double size = std::min(plate.element_size, thickness);
+    if (size < fair * shot.element_size)
       warnings.push_back(fmt::format(
-          "body \"{}\" has elements of {:.3g} mm and \"{}\", which strikes it, of {:.3g} mm: pressures where they meet come out too high, by 6 % at "
-          "half the size and by 80 % at a quarter (4 mm sphere, 8 km/s); take like sizes for both",
-          plate.spec->name, plate.element_size * 1e3, shot.spec->name, shot.element_size * 1e3));
-    else if (plate.spec->shape == io::Shape::plate && thickness < fair * shot.element_size)
-      warnings.push_back(fmt::format(
-          "body \"{}\" is {:.3g} mm thick, a single element, and \"{}\", which strikes it, has elements of {:.3g} mm: pressures where they meet come "
-          "out too high, by 40 % at 0.4 of the size and by 80 % at a quarter (1 mm sphere, 8 km/s); take elements of that thickness for both",
-          plate.spec->name, thickness * 1e3, shot.spec->name, shot.element_size * 1e3));
+          "body \"{}\" {} and \"{}\", which strikes it, has elements of {:.3g} mm: pressures where they meet come out too high, by 6 % at "
+          "half the size, by 40 % at 0.4 and by 80 % at a quarter (8 km/s); take like sizes for both",
+          plate.spec->name,
+          thickness < plate.element_size ? fmt::format("is {:.3g} mm thick, a single element,", size * 1e3) : fmt::format("has elements of {:.3g} mm", size * 1e3),
+          shot.spec->name, shot.element_size * 1e3));
   }
 }
 

@@ -217,9 +217,9 @@ void choose_step(Simulation& s, double stop) {
   if (el.value < 1e300 && el.value < collapsed * s.mesh.elements.dt_0[el.index])
     throw core::GuardError(fmt::format(
         "element {} of body \"{}\" is about to turn inside out at step {}, t = {:.4g} us: its stable step has fallen to {:.2g} "
-        "of the first one (limit {:g}); mode \"hybrid\" converts such elements, \"erosion\" deletes them",
+        "of the first one (limit {:g}); {}",
         el.index, s.mesh.elements.body[el.index] < s.spec.bodies.size() ? s.spec.bodies[s.mesh.elements.body[el.index]].name : "",
-        s.steps, s.time * 1e6, el.value / s.mesh.elements.dt_0[el.index], collapsed));
+        s.steps, s.time * 1e6, el.value / s.mesh.elements.dt_0[el.index], collapsed, advice(s)));
   const auto pt = smallest_particle_step(s);
   const double elements = fem::step_with_few_slowed(s.mesh, el);
   s.limit = elements <= pt.value ? StepLimit{"element", el.index, elements} : StepLimit{"particle", pt.index, pt.value};
