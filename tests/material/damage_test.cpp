@@ -18,11 +18,20 @@ TEST(JohnsonCookDamage, TriaxialityIsHeldAtThreeHalves) {
   EXPECT_NEAR(fracture_strain(damage_4340(), -9e8, 3e8, 1.0, 294.0), 0.19305465361683566, 1e-15);
 }
 
-TEST(JohnsonCookDamage, NeverNegative) {  // Armco iron at sigma* = 1.5 is 0.483; a D1 below -3 would make it negative
-  material::JohnsonCookDamage d{.D1 = -2.2, .D2 = 5.43, .D3 = -0.47, .D4 = 0.016, .D5 = 0.63, .T_melt = 1811};
+TEST(JohnsonCookDamage, FitThatBearsStrongTension) {  // Armco iron at sigma* = 1.5: -2.2 + 5.43 exp(-0.705)
+  const material::JohnsonCookDamage d{.D1 = -2.2, .D2 = 5.43, .D3 = -0.47, .D4 = 0.016, .D5 = 0.63, .T_melt = 1811};
   EXPECT_NEAR(fracture_strain(d, -9e8, 3e8, 1.0, 294.0), 0.4830095582108491, 1e-14);
-  d.D1 = -5;
-  EXPECT_EQ(fracture_strain(d, -9e8, 3e8, 1.0, 294.0), material::smallest_fracture_strain);
+}
+
+TEST(JohnsonCookDamage, FitThatVanishesIsHeldAtItsEnd) {
+  // Lesuer's 6061-T6: -0.77 + 1.45 exp(-0.47 sigma*) is 0.3288 at 0.59, 0.15 at 0.968 and below zero from 1.347 on
+  material::JohnsonCookDamage d{.D1 = -0.77, .D2 = 1.45, .D3 = -0.47, .D5 = 1.6, .T_melt = 925};
+  EXPECT_NEAR(fracture_strain(d, -1.77e8, 3e8, 1.0, 294.0), 0.3288493165621, 1e-12);
+  EXPECT_NEAR(fracture_strain(d, -2.9e8, 3e8, 1.0, 294.0), 0.1505630577060, 1e-12);
+  for (const double p : {-3e8, -4.5e8, -2e9}) EXPECT_EQ(fracture_strain(d, p, 3e8, 1.0, 294.0), 0.15);
+  EXPECT_NEAR(fracture_strain(d, -9e8, 3e8, 1.0, 0.5 * (294 + 925)), 0.15 * 1.8, 1e-15);
+  d.D4 = -1;  // a rate that would make it negative
+  EXPECT_EQ(fracture_strain(d, -9e8, 3e8, 1e4, 294.0), material::smallest_fracture_strain);
 }
 
 TEST(JohnsonCookDamage, AccumulatesToFailure) {
