@@ -215,7 +215,9 @@ static double approach_step(const Matter& a, const ContactLists& l, const Candid
   const Vec3 x = n.x[point.index] + when * n.v[point.index];
   const double beside = (box.low - x).cwiseMax(x - box.high).maxCoeff();
   if (beside > edge_tolerance * (box.high - box.low).maxCoeff()) return any;
-  const double area = 0.5 * area_2.norm(), depth = a.mesh.elements.volume_0[l.faces[pair.face].face.element] / area;
+  const auto& pt = a.mesh.elements.pt;
+  const std::uint32_t behind = l.faces[pair.face].face.element;
+  const double area = 0.5 * area_2.norm(), depth = pt.m[behind] / pt.rho[behind] / area;
   return closing_part * std::min(std::sqrt(area), depth) / closing;
 }
 
