@@ -56,8 +56,8 @@ struct Contact {
 void resolve_contact(fem::Mesh& mesh, sph::Particles& particles, const std::vector<Wall>& walls,
                      const ContactSettings& settings, double time, double dt, Contact& contact);
 
-/// A node may close on a face in a step by this part of the face's edge and of the depth (volume now over area) of the element behind it: a first
-/// impact is then resolved in time as it is in space, and does not start with elements struck out of shape.
+/// A node may close on a face in a step by this part of the face's edge and of the depth (volume now over area) of the element
+/// behind it: a first impact is then resolved in time as it is in space, and does not start with elements struck out of shape.
 constexpr double closing_part = 0.4;
 
 /// The arrays are others than before (restart). Elements that go and particles that come are noticed without.

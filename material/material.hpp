@@ -61,8 +61,9 @@ struct ZerilliArmstrong {
 using Strength = std::variant<NoStrength, PerfectlyPlastic, JohnsonCook, SteinbergGuinan, ZerilliArmstrong>;
 
 /// Johnson & Cook, Eng. Fract. Mech. 21 (1985) 31, eqs 3-5: damage grows by d(eps_p)/eps_f,
-/// eps_f = [D1 + D2 exp(D3 p*)](1 + D4 ln max(rate/rate_0, 1))(1 + D5 T*), p* = -p/sigma_eff held at or below 1.5,
-/// or where a fit ends that would vanish before (their sigma*, positive in tension; with D3 < 0 tension embrittles). Law: material/johnson_cook_damage.hpp.
+/// eps_f = [D1 + D2 exp(D3 p*)](1 + D4 ln max(rate/rate_0, 1))(1 + D5 T*), p* = -p/sigma_eff held at or below 1.5, or where
+/// a fit ends that would vanish before (their sigma*, positive in tension; with D3 < 0 tension embrittles). Law:
+/// material/johnson_cook_damage.hpp.
 struct JohnsonCookDamage {
   double D1 = 0, D2 = 0, D3 = 0, D4 = 0, D5 = 0;  ///< [-]
   double rate_0 = 1;                              ///< [1/s]

@@ -252,8 +252,8 @@ TEST(SpallOfAPlate, PullBackAndPlane) {
 }
 
 // The library's alloys as they stand, damage by plastic strain included: their pull-back gives the limit that plate impact tests
-// give (ranges commonly quoted). 6061-T6 gave 0.39 GPa and tore in eight elements when its fit of
-// fracture strains was carried on to where it is negative.
+// give (ranges commonly quoted). 6061-T6 gave 0.39 GPa and tore in eight elements when its fit of fracture strains was carried
+// on to where it is negative.
 TEST(SpallOfAPlate, AlloysBearWhatTestsGive) {
   struct {
     const char* name;
