@@ -7,9 +7,6 @@
 #include <stdexcept>
 #include <string>
 #include <utility>
-#ifdef __linux__
-#include <sys/mman.h>
-#endif
 
 #include "core/octree_kernel.hpp"
 #include "core/parallel.hpp"
@@ -29,27 +26,11 @@ void grow(V& a, typename V::value_type*& pointer, std::size_t n) {
   pointer = a.data();
 }
 
-/// Reserves memory in pages as large as the system gives: with small ones, looking up addresses takes a tenth of a query.
-template <class T>
-void reserve_large(std::vector<T>& a, std::size_t n) {
-  if (n <= a.capacity()) return;
-  std::vector<T> larger;
-  larger.reserve(n);
-#ifdef __linux__
-  constexpr std::uintptr_t page = 1 << 21;
-  const auto begin = reinterpret_cast<std::uintptr_t>(larger.data()), first = (begin + page - 1) / page * page;
-  const std::uintptr_t last = (begin + n * sizeof(T)) / page * page;
-  if (first < last) madvise(reinterpret_cast<void*>(first), last - first, MADV_HUGEPAGE);
-#endif
-  larger.assign(a.begin(), a.end());
-  a.swap(larger);
-}
-
 /// Reserves memory for the rows of n points, going by the `total` length of those of the first `done`.
 void foresee(std::vector<std::uint32_t>& list, std::size_t total, std::size_t done, std::size_t n) {
   if (total <= list.capacity()) return;
   const double whole = static_cast<double>(total) * static_cast<double>(n) / static_cast<double>(done);
-  reserve_large(list, std::max(static_cast<std::size_t>(1.1 * whole), total) + 8192);
+  list.reserve(std::max(static_cast<std::size_t>(1.1 * whole), total) + 8192);
 }
 
 }  // namespace
@@ -69,7 +50,6 @@ void Octree::build(std::span<const Vec3> x) {
   if (n >= std::numeric_limits<std::uint32_t>::max() - octree_padding)
     throw std::length_error("octree: " + std::to_string(n) + " points are more than 32-bit indices can tell apart");
   n_ = n;
-  for (auto& a : x_) reserve_large(a, n + octree_padding);
   sort_.sort(x, isa_, order_);
   order_.resize(n + octree_padding, 0);
   rank_.resize(n);
@@ -357,7 +337,7 @@ void RowScratch::grow_rows(std::size_t n) {
   }
   // In small steps where there is capacity, since new entries are set to zero.
   const std::size_t needed = list_first_ + n + 4096;
-  if (needed > list_->capacity()) reserve_large(*list_, needed + needed / 2);
+  if (needed > list_->capacity()) list_->reserve(needed + needed / 2);
   list_->resize(needed);
   store_in(*list_, list_first_);
 }
