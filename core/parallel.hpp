@@ -4,6 +4,7 @@
 #pragma once
 
 #include <algorithm>
+#include <atomic>
 #include <cstddef>
 #include <vector>
 #ifdef _OPENMP
@@ -33,15 +34,29 @@ void for_each(std::size_t n, F&& f) {
   for (std::ptrdiff_t i = 0; i < static_cast<std::ptrdiff_t>(n); ++i) f(static_cast<std::size_t>(i));
 }
 
-/// f(first, last) over pieces of [0, n) of the given size, in no particular order; for loops that carry scratch.
+/// f(first, last) over pieces of [0, n) of the given size, in no particular order; for loops that carry scratch. Threads begin with
+/// shares of their own, the same at every call, so that what they wrote is still in their caches; who is done helps others.
 template <class F>
 void for_each_block(std::size_t n, std::size_t block, F&& f) {
-  const std::ptrdiff_t n_blocks = static_cast<std::ptrdiff_t>((n + block - 1) / block);
-#pragma omp parallel for schedule(dynamic, 1) if (n_blocks > 1)
-  for (std::ptrdiff_t b = 0; b < n_blocks; ++b) {
-    const std::size_t first = static_cast<std::size_t>(b) * block;
-    f(first, std::min(n, first + block));
+  const std::size_t n_blocks = (n + block - 1) / block;
+  const auto run = [&](std::size_t b) { f(b * block, std::min(n, (b + 1) * block)); };
+  const auto n_shares = std::min(static_cast<std::size_t>(threads()), n_blocks);
+  if (n_shares <= 1) {
+    for (std::size_t b = 0; b < n_blocks; ++b) run(b);
+    return;
   }
+  struct alignas(64) Share {
+    std::atomic<std::size_t> next;
+    std::size_t end;
+  };
+  std::vector<Share> share(n_shares);
+  for (std::size_t k = 0; k < n_shares; ++k) share[k].next = n_blocks * k / n_shares, share[k].end = n_blocks * (k + 1) / n_shares;
+#pragma omp parallel for schedule(static, 1) num_threads(static_cast<int>(n_shares))
+  for (std::size_t own = 0; own < n_shares; ++own)
+    for (std::size_t k = 0; k < n_shares; ++k) {
+      Share& s = share[(own + k) % n_shares];
+      for (std::size_t b; (b = s.next.fetch_add(1, std::memory_order_relaxed)) < s.end;) run(b);
+    }
 }
 
 /// f(first, last) over [0, n) in one range for each thread; for loops that go through everything and keep what falls into the range.

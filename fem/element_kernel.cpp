@@ -212,12 +212,20 @@ static double update_pack(const Context& k, std::size_t el) {
   return sum;
 }
 
-/// Asks for the nodes of a block ahead of its turn: of eight elements in Morton order, those that no block before it had.
-/// The rows themselves lie in the order in which they are read. Inlined by force: g++ 12 takes a function that only
-/// prefetches for one without effect, and drops the call.
-[[gnu::always_inline]] inline void fetch_nodes(const Elements& e, const Nodes& n, std::size_t block) {
+/// Asks for a block ahead of its turn: its rows, one line of many arrays each, and of its nodes, in Morton order, those that no
+/// block before it had. Inlined by force: g++ 12 takes a function that only prefetches for one without effect, and drops the
+/// call.
+[[gnu::always_inline]] inline void fetch_block(const Elements& e, const Nodes& n, std::size_t block) {
   constexpr std::size_t far_corner = 6;
-  for (std::size_t el = block * block_size; el < (block + 1) * block_size; ++el) {
+  constexpr int written = 1;
+  const std::size_t first = block * block_size;
+  const core::Points& pt = e.pt;
+  for (const auto* a : {&pt.rho, &pt.e, &pt.p, &pt.q, &pt.c, &pt.T, &pt.eps_p, &pt.damage, &pt.p_max, &e.deformation, &e.dt})
+    __builtin_prefetch(a->data() + first, written);
+  for (const auto& s : pt.s) __builtin_prefetch(s.data() + first, written);
+  for (const auto* a : {&pt.m, &e.volume_0}) __builtin_prefetch(a->data() + first);
+  for (std::size_t el = first; el < first + block_size; ++el) {
+    __builtin_prefetch(e.node.data() + el + block_size);  // the next block's: those of this one are read below
     const auto nd = static_cast<std::size_t>(e.node[el][far_corner]);
     __builtin_prefetch(&n.v_mean[nd]);
     __builtin_prefetch(&n.x[nd]);
@@ -227,11 +235,11 @@ static double update_pack(const Context& k, std::size_t el) {
 
 ElementSums update_elements(Mesh& mesh, const material::Material& material, const ElementSettings& settings,
                             const StepTimes& times, std::span<const std::uint8_t> ring, std::span<const std::uint32_t> blocks) {
-  constexpr std::size_t ahead = 4;
+  constexpr std::size_t ahead = 2;
   const Context k{mesh, material, settings, times, ring};
   ElementSums sums;
   for (std::size_t b = 0; b < blocks.size(); ++b) {
-    if (b + ahead < blocks.size()) fetch_nodes(mesh.elements, mesh.nodes, blocks[b + ahead]);
+    if (b + ahead < blocks.size()) fetch_block(mesh.elements, mesh.nodes, blocks[b + ahead]);
     for (std::size_t part = 0; part < block_size; part += W) sums.hourglass += update_pack(k, blocks[b] * block_size + part);
   }
   return sums;

@@ -4,8 +4,11 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <chrono>
 #include <cstring>
 #include <random>
+#include <thread>
 
 struct Parallel : testing::Test {
   void TearDown() override { core::set_threads(1); }
@@ -62,4 +65,21 @@ TEST_F(Parallel, LoopsVisitEveryIndexOnce) {
       EXPECT_EQ(visits, std::vector<int>(n, 2));
     }
   }
+}
+
+/// The first block of one thread's share waits for all others: its thread is held, so that somebody else must do them.
+TEST_F(Parallel, ThreadsThatAreDoneHelp) {
+  core::set_threads(2);
+  constexpr std::size_t n = 40;
+  std::atomic<std::size_t> done = 0;
+  bool all = false;
+  core::for_each_block(n, 1, [&](std::size_t first, std::size_t) {
+    if (first != 0) {
+      ++done;
+      return;
+    }
+    const auto patience = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+    while (!(all = done == n - 1) && std::chrono::steady_clock::now() < patience) std::this_thread::yield();
+  });
+  EXPECT_TRUE(all);
 }
