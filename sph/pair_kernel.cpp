@@ -395,10 +395,22 @@ inline Moment moment_of(const PairView& v, std::size_t i) {
   return {{scale * pure[0], scale * pure[1], scale * pure[2], scale * mixed[0], scale * mixed[1], scale * mixed[2]}};
 }
 
+/// Asks for the list of a row, and for where those of it that are near go.
+[[gnu::always_inline]] inline void fetch_row(const PairView& v, std::size_t i) {
+  constexpr int written = 1;
+  for (std::uint64_t k = v.start[i]; k < v.start[i + 1]; k += group) __builtin_prefetch(v.list + k);
+  for (std::uint64_t k = v.near_start[i]; k < v.near_start[i + 1]; ++k) {
+    __builtin_prefetch(v.near + k, written);
+    __builtin_prefetch(v.weight + k, written);
+  }
+}
+
 }  // namespace
 
 void find_near(const PairView& v, std::size_t first, std::size_t last, Moment* moment) {
+  constexpr std::size_t ahead = 2;
   for (std::size_t i = first; i < last; ++i) {
+    if (i + ahead < last) fetch_row(v, i + ahead);
     const Place& own = v.place[i];
     const std::uint64_t end = v.start[i + 1];
     const NearGroup row(v, i);
