@@ -81,10 +81,10 @@ static bool heat_node(fem::Mesh& mesh, std::size_t nd, double heat) {
   fem::Elements& e = mesh.elements;
   double mass = 0;
   for (auto k = mesh.corner_start[nd]; k < mesh.corner_start[nd + 1]; ++k)
-    if (e.alive[mesh.corners[k] / 8]) mass += e.pt.m[mesh.corners[k] / 8];
+    if (e.alive[fem::element_of(mesh.corners[k])]) mass += e.pt.m[fem::element_of(mesh.corners[k])];
   if (mass == 0) return false;
   for (auto k = mesh.corner_start[nd]; k < mesh.corner_start[nd + 1]; ++k)
-    if (e.alive[mesh.corners[k] / 8]) e.pt.e[mesh.corners[k] / 8] += heat / mass;
+    if (e.alive[fem::element_of(mesh.corners[k])]) e.pt.e[fem::element_of(mesh.corners[k])] += heat / mass;
   return true;
 }
 
@@ -336,7 +336,7 @@ static void wake_struck(fem::Mesh& mesh, const std::vector<ActivePair>& active, 
     const auto& point = l.points[pair.candidate.point];
     if (point.particle) continue;
     for (auto i = mesh.corner_start[point.index]; i < mesh.corner_start[point.index + 1]; ++i)
-      if (mesh.elements.alive[mesh.corners[i] / 8]) struck.push_back(mesh.corners[i] / 8);
+      if (mesh.elements.alive[fem::element_of(mesh.corners[i])]) struck.push_back(fem::element_of(mesh.corners[i]));
   }
   fem::wake_elements(mesh, struck);
 }

@@ -39,7 +39,7 @@ static bool left_over(const Mesh& mesh, std::size_t el) {
   int alive = 0, all = 0;
   for (const auto node : e.node[el]) {
     const auto nd = static_cast<std::size_t>(node);
-    for (auto k = mesh.corner_start[nd]; k < mesh.corner_start[nd + 1]; ++k, ++all) alive += e.alive[mesh.corners[k] / 8];
+    for (auto k = mesh.corner_start[nd]; k < mesh.corner_start[nd + 1]; ++k, ++all) alive += e.alive[element_of(mesh.corners[k])];
   }
   return (alive <= most_corners && pressure <= no_pressure * modulus) || (alive < all && e.dt[el] < half * e.dt_0[el]);
 }

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <limits>
+
 #include "core/error.hpp"
 #include "core/rows.hpp"
 #include "fem/element_kernel.hpp"
@@ -62,13 +64,16 @@ void add_body(Mesh& mesh, HexMesh body, int material, double rho_0) {
 void finish(Mesh& mesh) {
   Nodes& n = mesh.nodes;
   Elements& e = mesh.elements;
+  if (e.size() * 24 > std::numeric_limits<std::uint32_t>::max())
+    throw core::CaseError(fmt::format("{} elements: at most {} can be numbered; choose a lower fidelity", e.size(), std::numeric_limits<std::uint32_t>::max() / 24));
   e.corner_force.resize(e.size() * 24, 0.0);
   core::sort_into_rows(
       n.size(),
       [&](auto&& put) {
         for (std::size_t el = 0; el < e.size(); ++el)
           if (e.alive[el])
-            for (std::uint32_t i = 0; i < 8; ++i) put(static_cast<std::size_t>(e.node[el][i]), static_cast<std::uint32_t>(el * 8 + i));
+            for (int i = 0; i < 8; ++i)
+              put(static_cast<std::size_t>(e.node[el][static_cast<std::size_t>(i)]), static_cast<std::uint32_t>(corner_index(el, i, 0)));
       },
       mesh.corner_start, mesh.corners);
   std::fill(n.m.begin(), n.m.end(), 0.0);
@@ -126,7 +131,7 @@ void remove_element(Mesh& mesh, std::size_t el, bool keep_mass) {
     const auto nd = static_cast<std::size_t>(node);
     double m = 0;
     for (auto k = mesh.corner_start[nd]; k < mesh.corner_start[nd + 1]; ++k)
-      if (e.alive[mesh.corners[k] / 8]) m += 0.125 * e.pt.m[mesh.corners[k] / 8];
+      if (e.alive[element_of(mesh.corners[k])]) m += 0.125 * e.pt.m[element_of(mesh.corners[k])];
     mesh.nodes.m[nd] = m;
   }
 }

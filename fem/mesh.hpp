@@ -52,6 +52,12 @@ inline std::size_t corner_index(std::size_t el, int corner, int direction) {
          el % block_size;
 }
 
+/// The element whose corner has its force there.
+inline std::uint32_t element_of(std::uint32_t corner) {
+  constexpr auto block = static_cast<std::uint32_t>(block_size);
+  return corner / (24 * block) * block + corner % block;
+}
+
 struct Mesh {
   Nodes nodes;
   Elements elements;
@@ -60,7 +66,7 @@ struct Mesh {
   std::vector<core::Box> body_box;         ///< around the nodes as built, where they stay while the body sleeps [m]
   std::vector<int> body_material;          ///< index into the simulation's materials
   std::vector<std::uint32_t> corner_start; ///< [nodes + 1] rows of corners
-  std::vector<std::uint32_t> corners;      ///< element * 8 + corner, ascending within a row
+  std::vector<std::uint32_t> corners;      ///< index of their forces; elements ascend within a row
   std::vector<std::uint32_t> awake_blocks; ///< ascending
   std::vector<std::uint8_t> block_awake;
   std::vector<std::uint8_t> body_awake;    ///< 1 where a block of the body is awake; the nodes of others are at rest
@@ -110,8 +116,7 @@ inline core::Vec3 free_part(core::Vec3 a, int fixed) {
 inline core::Vec3 force_at(const Mesh& mesh, std::size_t nd) {
   core::Vec3 f = mesh.nodes.f.empty() ? core::Vec3(0, 0, 0) : mesh.nodes.f[nd];
   for (auto k = mesh.corner_start[nd]; k < mesh.corner_start[nd + 1]; ++k) {
-    const std::uint32_t c = mesh.corners[k];
-    const double* at = &mesh.elements.corner_force[corner_index(c / 8, static_cast<int>(c % 8), 0)];
+    const double* at = &mesh.elements.corner_force[mesh.corners[k]];
     f[0] += at[0];
     f[1] += at[block_size];
     f[2] += at[2 * block_size];

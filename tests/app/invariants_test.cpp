@@ -250,7 +250,7 @@ TEST(Erosion, KeptNodesFlyOnAndStayInTheBooks) {
   for (std::size_t nd = 0; nd < s->mesh.nodes.size(); ++nd) {
     bool alive = false;
     for (auto k = s->mesh.corner_start[nd]; k < s->mesh.corner_start[nd + 1]; ++k)
-      alive = alive || s->mesh.elements.alive[s->mesh.corners[k] / 8];
+      alive = alive || s->mesh.elements.alive[fem::element_of(s->mesh.corners[k])];
     lone += !alive && s->mesh.nodes.m[nd] > 0;
   }
   EXPECT_GT(lone, 0u);
