@@ -27,13 +27,6 @@ inline int threads() {
 #endif
 }
 
-/// f(i) for i in [0, n), in no particular order.
-template <class F>
-void for_each(std::size_t n, F&& f) {
-#pragma omp parallel for schedule(static) if (n > 1024)
-  for (std::ptrdiff_t i = 0; i < static_cast<std::ptrdiff_t>(n); ++i) f(static_cast<std::size_t>(i));
-}
-
 /// f(first, last) over pieces of [0, n) of the given size, in no particular order; for loops that carry scratch. Threads begin with
 /// shares of their own, the same at every call, so that what they wrote is still in their caches; who is done helps others.
 template <class F>
@@ -57,6 +50,18 @@ void for_each_block(std::size_t n, std::size_t block, F&& f) {
       Share& s = share[(own + k) % n_shares];
       for (std::size_t b; (b = s.next.fetch_add(1, std::memory_order_relaxed)) < s.end;) run(b);
     }
+}
+
+/// f(i) for i in [0, n), in no particular order.
+template <class F>
+void for_each(std::size_t n, F&& f) {
+  constexpr std::size_t few = 1024, block = 512;
+  if (n <= few)
+    for (std::size_t i = 0; i < n; ++i) f(i);
+  else
+    for_each_block(n, block, [&](std::size_t first, std::size_t last) {
+      for (std::size_t i = first; i < last; ++i) f(i);
+    });
 }
 
 /// f(first, last) over [0, n) in one range for each thread; for loops that go through everything and keep what falls into the range.
