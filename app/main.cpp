@@ -3,9 +3,6 @@
 
 #include <csignal>
 #include <cstdlib>
-#ifdef __GLIBC__
-#include <malloc.h>
-#endif
 
 #include "app/commands.hpp"
 
@@ -18,17 +15,8 @@ static void spin_briefly(char** argv) {
   execv("/proc/self/exe", argv);  // returns only where it fails: the run goes on as it is
 }
 
-/// What one step gives back the next one asks for again: up to so much of it is kept, rather than mapped and cleared anew.
-static void keep_what_is_freed() {
-#ifdef __GLIBC__
-  mallopt(M_MMAP_THRESHOLD, 4 << 20);
-  mallopt(M_TRIM_THRESHOLD, 64 << 20);
-#endif
-}
-
 int main(int argc, char** argv) {
   std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error of the write, reported there
   spin_briefly(argv);
-  keep_what_is_freed();
   return app::command_line(argc, argv);
 }
