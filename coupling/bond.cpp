@@ -153,8 +153,8 @@ static bool follow_seam(const fem::Mesh& mesh, Bond& bond) {
     if (!e.alive[el] && e.pt.m[el] > 0)  // padding has no mass
       for (const auto nd : e.node[el]) bond.on_seam[static_cast<std::size_t>(nd)] = 1;
   const auto mark_around = [&](std::size_t nd, std::uint8_t ring) {
-    for (auto k = mesh.corner_start[nd]; k < mesh.corner_start[nd + 1]; ++k) {
-      auto& r = bond.ring[fem::element_of(mesh.corners[k])];
+    for (const auto el : fem::elements_at(mesh, nd)) {
+      auto& r = bond.ring[el];
       if (r == 0) r = ring;
     }
   };
@@ -181,8 +181,8 @@ static void add_seam_of(const fem::Mesh& mesh, Bond& bond, std::uint32_t el, std
     std::vector<std::uint32_t> around;
     for (const auto node : e.node[el]) {
       const auto nd = static_cast<std::size_t>(node);
-      for (auto k = mesh.corner_start[nd]; k < mesh.corner_start[nd + 1]; ++k)
-        if (const auto other = fem::element_of(mesh.corners[k]); bond.ring[other] == 1) bond.ring[other] |= taken, around.push_back(other);
+      for (const auto other : fem::elements_at(mesh, nd))
+        if (bond.ring[other] == 1) bond.ring[other] |= taken, around.push_back(other);
     }
     for (const auto other : around) bond.ring[other] = 1, take_corners(other);
     std::sort(to.begin() + begin, to.end());

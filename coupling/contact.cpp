@@ -80,11 +80,11 @@ struct Exchange {
 static bool heat_node(fem::Mesh& mesh, std::size_t nd, double heat) {
   fem::Elements& e = mesh.elements;
   double mass = 0;
-  for (auto k = mesh.corner_start[nd]; k < mesh.corner_start[nd + 1]; ++k)
-    if (e.alive[fem::element_of(mesh.corners[k])]) mass += e.pt.m[fem::element_of(mesh.corners[k])];
+  for (const auto el : fem::elements_at(mesh, nd))
+    if (e.alive[el]) mass += e.pt.m[el];
   if (mass == 0) return false;
-  for (auto k = mesh.corner_start[nd]; k < mesh.corner_start[nd + 1]; ++k)
-    if (e.alive[fem::element_of(mesh.corners[k])]) e.pt.e[fem::element_of(mesh.corners[k])] += heat / mass;
+  for (const auto el : fem::elements_at(mesh, nd))
+    if (e.alive[el]) e.pt.e[el] += heat / mass;
   return true;
 }
 
@@ -335,8 +335,8 @@ static void wake_struck(fem::Mesh& mesh, const std::vector<ActivePair>& active, 
     struck.push_back(l.faces[pair.candidate.face].face.element);
     const auto& point = l.points[pair.candidate.point];
     if (point.particle) continue;
-    for (auto i = mesh.corner_start[point.index]; i < mesh.corner_start[point.index + 1]; ++i)
-      if (mesh.elements.alive[fem::element_of(mesh.corners[i])]) struck.push_back(fem::element_of(mesh.corners[i]));
+    for (const auto el : fem::elements_at(mesh, point.index))
+      if (mesh.elements.alive[el]) struck.push_back(el);
   }
   fem::wake_elements(mesh, struck);
 }

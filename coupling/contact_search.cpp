@@ -50,8 +50,8 @@ static ContactFace contact_face(const fem::Mesh& mesh, const fem::Face& face) {
 }
 
 static bool belongs_to_elements(const fem::Mesh& mesh, std::size_t nd) {
-  for (auto k = mesh.corner_start[nd]; k < mesh.corner_start[nd + 1]; ++k)
-    if (mesh.elements.alive[fem::element_of(mesh.corners[k])]) return true;
+  for (const auto el : fem::elements_at(mesh, nd))
+    if (mesh.elements.alive[el]) return true;
   return false;
 }
 

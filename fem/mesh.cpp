@@ -130,8 +130,8 @@ void remove_element(Mesh& mesh, std::size_t el, bool keep_mass) {
   for (const auto node : e.node[el]) {
     const auto nd = static_cast<std::size_t>(node);
     double m = 0;
-    for (auto k = mesh.corner_start[nd]; k < mesh.corner_start[nd + 1]; ++k)
-      if (e.alive[element_of(mesh.corners[k])]) m += 0.125 * e.pt.m[element_of(mesh.corners[k])];
+    for (const auto other : elements_at(mesh, nd))
+      if (e.alive[other]) m += 0.125 * e.pt.m[other];
     mesh.nodes.m[nd] = m;
   }
 }

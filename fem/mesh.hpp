@@ -7,6 +7,8 @@
 
 #include <array>
 #include <cstdint>
+#include <ranges>
+#include <span>
 #include <vector>
 
 #include "core/box.hpp"
@@ -72,6 +74,12 @@ struct Mesh {
   std::vector<std::uint8_t> body_awake;    ///< 1 where a block of the body is awake; the nodes of others are at rest
   std::size_t n_alive = 0, n_removed = 0;
 };
+
+/// The elements at a node, dead ones included, ascending.
+inline auto elements_at(const Mesh& mesh, std::size_t nd) {
+  const std::uint32_t first = mesh.corner_start[nd];
+  return std::span(mesh.corners).subspan(first, mesh.corner_start[nd + 1] - first) | std::views::transform(element_of);
+}
 
 /// Appends one body at rest with its own nodes. Positions are final (rotated and moved). Throws core::CaseError naming
 /// the first element whose volume is not positive.

@@ -14,8 +14,7 @@ namespace fem {
 static std::int64_t across(const Mesh& mesh, std::size_t el, int face) {
   const auto node = [&](int k) { return mesh.elements.node[el][static_cast<std::size_t>(face_corner[face][k])]; };
   const auto first = static_cast<std::size_t>(node(0));
-  for (auto k = mesh.corner_start[first]; k < mesh.corner_start[first + 1]; ++k) {
-    const std::size_t other = element_of(mesh.corners[k]);
+  for (const std::size_t other : elements_at(mesh, first)) {
     const auto& corners = mesh.elements.node[other];
     const auto holds = [&](std::int32_t nd) { return std::find(corners.begin(), corners.end(), nd) != corners.end(); };
     if (other != el && holds(node(2)) && holds(node(1)) && holds(node(3))) return static_cast<std::int64_t>(other);
