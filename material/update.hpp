@@ -9,8 +9,9 @@
 // Then p, c, T; strength by radial return (material/radial_return.hpp); failure:
 //   damage    grows by d(eps_p)/eps_f; at 1 the point fails;
 //   spall     a point bears the tension spall (1 - damage), and what is pulled further tears (tear, below).
-// A failed point is powder: s = 0 and p >= 0 from then on, plastic strain and damage stay as they are. Strain rate: the step's
-// equivalent deviatoric strain sqrt(2/3 d':d') over dt (elastic part included, which is negligible once matter flows).
+// A failed point is powder: s = 0 and p >= 0 from then on, plastic strain and damage stay as they are. Nor is there tension as long as
+// the energy lies below the cold curve, where no matter is: the lower it fell the harder it would pull, and pay for it with what it has not got.
+// Strain rate: the step's equivalent deviatoric strain sqrt(2/3 d':d') over dt (elastic part included, which is negligible once matter flows).
 #pragma once
 
 #include <algorithm>
@@ -125,7 +126,8 @@ void update(const Material& m, double dt, T rho_new, const Increment<T>& inc, T 
         }
       },
       m.strength);
-  pt.p = select(pt.damage < T(1.0), pt.p, core::max(pt.p, T(0.0)));
+  const auto bears_tension = (pt.damage < T(1.0)) & (pt.temperature > T(0.0));
+  pt.p = select(bears_tension, pt.p, core::max(pt.p, T(0.0)));
 }
 
 }  // namespace material

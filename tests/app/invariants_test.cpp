@@ -419,6 +419,35 @@ material = "Cu-Tillotson"
   EXPECT_GT(s->n_converted, 500u);
 }
 
+TEST(Guards, ACoarseCraterInMatterThatNeverTearsRuns) {
+  // Nickel has no limit of tension here, so particles hang on to the crater's rim for long. Where that cooled them below their cold
+  // curve they pulled ever harder: by 19 us 4 % of the shot's energy was missing below it (0.1 % now).
+  auto s = small_case::begin({}, R"(title = "thick nickel"
+[run]
+end = "26 us"
+elements_across = 6
+[[body]]
+name = "projectile"
+shape = "sphere"
+diameter = "9.1364902 mm"
+center = ["0 m", "0 m", "4.65961 mm"]
+velocity = ["0 m/s", "0 m/s", "-6427.899 m/s"]
+material = "Al2024-T4-SG"
+[[body]]
+name = "plate"
+shape = "plate"
+size = ["57.961071 mm", "57.961071 mm"]
+thickness = "5.2329808 mm"
+center = ["0 m", "0 m", "-2.6164904 mm"]
+material = "Ni"
+[convert]
+criterion = "jacobian"
+)");
+  EXPECT_NO_THROW(small_case::run(*s, 100000));
+  EXPECT_NEAR(s->time, s->spec.end, 1e-9 * s->spec.end);
+  EXPECT_LT(std::abs(s->ledger.energy_error), 1e-9);
+}
+
 TEST(Guards, MoreThanTheMachineHasIsRefusedBeforeItIsBuilt) {
   try {
     small_case::set_up({"run.elements_across=1000"});

@@ -146,6 +146,22 @@ TEST(Update, SpallFailsThePointForGood) {
   EXPECT_NEAR(pt.c * pt.c, eos::state(m.eos, pt.rho, 0.0).c2, 0.1 * pt.c * pt.c);  // no shear modulus
 }
 
+TEST(Update, MatterBelowItsColdCurveBearsNoTension) {
+  // at rho_0 the cold curve lies cv T_0 = 875 * 294 = 257,250 J/kg below the reference state, and p = gamma_0 rho_0 e
+  const auto m = aluminium(material::PerfectlyPlastic{28.6e9, 0.26e9});
+  auto pt = virgin(m);
+  for (const double e : {-257e3, -258e3, -2e6, -257e3}) {
+    pt.e = e;
+    pt.p = 0;
+    material::update(m, 1e-9, 2785.0, Inc{{0, 0, 0, 0, 0, 0}, {0, 0, 0}}, 0.0, pt);
+    EXPECT_NEAR(pt.p, e < -257250 ? 0.0 : 2.0 * 2785 * e, 1e-9 * 1.4e9) << e;
+    EXPECT_EQ(pt.damage, 0.0);
+  }
+  pt.e = -258e3;  // pressed, it resists
+  material::update(m, 1e-9, 2900.0, Inc{{-0.04, 0, 0, 0, 0, 0}, {0, 0, 0}}, 0.0, pt);
+  EXPECT_GT(pt.p, 1e9);
+}
+
 TEST(Update, FluidSpallsToo) {
   auto m = aluminium(material::NoStrength{});
   m.spall = 1e8;
