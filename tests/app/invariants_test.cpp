@@ -422,27 +422,9 @@ material = "Cu-Tillotson"
 TEST(Guards, ACoarseCraterInMatterThatNeverTearsRuns) {
   // Nickel has no limit of tension here, so particles hang on to the crater's rim for long. Where that cooled them below their cold
   // curve they pulled ever harder: by 19 us 4 % of the shot's energy was missing below it (0.1 % now).
-  auto s = small_case::begin({}, R"(title = "thick nickel"
-[run]
-end = "26 us"
-elements_across = 6
-[[body]]
-name = "projectile"
-shape = "sphere"
-diameter = "9.1364902 mm"
-center = ["0 m", "0 m", "4.65961 mm"]
-velocity = ["0 m/s", "0 m/s", "-6427.899 m/s"]
-material = "Al2024-T4-SG"
-[[body]]
-name = "plate"
-shape = "plate"
-size = ["57.961071 mm", "57.961071 mm"]
-thickness = "5.2329808 mm"
-center = ["0 m", "0 m", "-2.6164904 mm"]
-material = "Ni"
-[convert]
-criterion = "jacobian"
-)");
+  auto s = small_case::begin({"run.end=\"26 us\"", "run.elements_across=6", "body.0.diameter=\"9.1364902 mm\"", "body.0.center=[0, 0, 4.65961e-3]",
+                              "body.0.velocity=[0, 0, -6427.899]", "body.0.material=\"Al2024-T4-SG\"", "body.1.size=[57.961071e-3, 57.961071e-3]",
+                              "body.1.thickness=\"5.2329808 mm\"", "body.1.center=[0, 0, -2.6164904e-3]", "body.1.material=\"Ni\""});
   EXPECT_NO_THROW(small_case::run(*s, 100000));
   EXPECT_NEAR(s->time, s->spec.end, 1e-9 * s->spec.end);
   EXPECT_LT(std::abs(s->ledger.energy_error), 1e-9);
