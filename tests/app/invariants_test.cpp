@@ -249,8 +249,7 @@ TEST(Erosion, KeptNodesFlyOnAndStayInTheBooks) {
   std::size_t lone = 0;
   for (std::size_t nd = 0; nd < s->mesh.nodes.size(); ++nd) {
     bool alive = false;
-    for (auto k = s->mesh.corner_start[nd]; k < s->mesh.corner_start[nd + 1]; ++k)
-      alive = alive || s->mesh.elements.alive[fem::element_of(s->mesh.corners[k])];
+    for (const auto el : fem::elements_at(s->mesh, nd)) alive = alive || s->mesh.elements.alive[el];
     lone += !alive && s->mesh.nodes.m[nd] > 0;
   }
   EXPECT_GT(lone, 0u);
