@@ -4,10 +4,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "core/box.hpp"
 #include "core/error.hpp"
+#include "core/orientation.hpp"
+#include "fem/hex8.hpp"
 #include "io/mesh_deck.hpp"
 
 namespace app {
@@ -51,27 +54,14 @@ int projectile_of(const io::Case& spec) {
   return static_cast<int>(best);
 }
 
-/// The body's z axis. A body is the same upside down, so the direction with a positive last component serves.
-static Vec3 axis_of(const io::BodySpec& b) {
+/// Turns the body's own axes into the scene's.
+static core::Mat3 rotation(const io::BodySpec& b) {
+  if (b.shape == Shape::sphere) return core::Mat3::Identity();
   const Vec3 n = b.normal.normalized();
-  for (int d = 2; d >= 0; --d)
-    if (n[d] != 0) return n[d] > 0 ? n : Vec3(-n);
-  return n;
+  return core::orientation(b.shape == Shape::mesh ? n : core::upright(n));  // a mesh is not the same upside down
 }
 
-/// Turns the body's own axes into the scene's: a permutation of the axes where the normal is along one, so that positive
-/// sides of symmetry planes stay positive; else about the axis normal to z and the normal.
-static core::Mat3 rotation(const io::BodySpec& b) {
-  core::Mat3 r = core::Mat3::Identity();
-  if (b.shape == Shape::sphere) return r;
-  const Vec3 n = axis_of(b);
-  for (int d = 0; d < 3; ++d)
-    if (n == Vec3::Unit(d)) {
-      for (int a = 0; a < 3; ++a) r.col(a) = Vec3::Unit((d + 1 + a) % 3);
-      return r;
-    }
-  return Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), n).toRotationMatrix();
-}
+bool lies_along(const io::BodySpec& b, int axis) { return rotation(b).row(axis).maxCoeff() > 1 - 1e-12; }
 
 /// The scene's symmetry planes in the body's own axes.
 static core::Symmetry own_planes(const io::Case& spec, const io::BodySpec& b) {
@@ -83,8 +73,7 @@ static core::Symmetry own_planes(const io::Case& spec, const io::BodySpec& b) {
   return own;
 }
 
-/// Middle of the body, or of the box round it [m].
-static Vec3 middle(const io::BodySpec& b) { return b.center + rotation(b) * b.deck_middle; }
+Vec3 middle(const io::BodySpec& b) { return b.center + rotation(b) * b.deck_middle; }
 
 static Vec3 flight(const io::Case& spec) {
   const Vec3 v = spec.bodies[static_cast<std::size_t>(projectile_of(spec))].velocity;
@@ -98,6 +87,16 @@ Vec3 where_struck(const io::Case& spec, std::size_t body) {
   const double along = v.dot(n), thickness = extent(b)[2];
   if (std::abs(along) < 1e-9) return b.center;
   return from + v * (n.dot(b.center + side * 0.5 * thickness * n - from) / along);
+}
+
+bool struck_from_side(const io::Case& spec, std::size_t body) {
+  const auto& b = spec.bodies[body];
+  const core::Mat3 own = rotation(b).transpose();
+  const Vec3 from = own * (middle(spec.bodies[static_cast<std::size_t>(projectile_of(spec))]) - b.center), along = own * flight(spec);
+  std::array<double, 3> enters{};
+  for (int axis = 0; axis < 3; ++axis)
+    enters[static_cast<std::size_t>(axis)] = std::abs(along[axis]) < 1e-9 ? -1e300 : (-std::copysign(0.5 * extent(b)[axis], along[axis]) - from[axis]) / along[axis];
+  return enters[2] < std::max(enters[0], enters[1]);
 }
 
 std::vector<int> plates_in_order(const io::Case& spec) {
@@ -128,9 +127,9 @@ static double distance(const io::BodySpec& b, const Vec3& x) {
   return d.maxCoeff();
 }
 
-/// Can anything get as far as this body before the run ends? Debris flies at most half as fast again as the fastest body,
+/// Can anything get as far as this body before that time? Debris flies at most half as fast again as the fastest body,
 /// and a shock of an impact at that speed v runs at no more than the sound speed and three quarters of v.
-static bool reached(const io::Case& spec, const io::BodySpec& b) {
+static bool reached(const io::Case& spec, const io::BodySpec& b, double time) {
   double sound = 0, fastest = 0, nearest = 1e300;
   for (const auto& m : spec.bodies) {
     const auto& material = spec.materials.at(m.material);
@@ -140,7 +139,12 @@ static bool reached(const io::Case& spec, const io::BodySpec& b) {
     fastest = std::max(fastest, m.velocity.norm() + m.spin.norm() * radius);
     nearest = std::min(nearest, distance(b, middle(m)) - radius);
   }
-  return fastest == 0 || nearest < std::max(1.5 * fastest, sound + 0.75 * fastest) * spec.end;
+  return fastest == 0 || nearest < std::max(1.5 * fastest, sound + 0.75 * fastest) * time;
+}
+
+/// Is this plate meshed as one that nothing gets to?
+static bool out_of_reach(const io::Case& spec, const io::BodySpec& b) {
+  return spec.mode != io::Mode::sph && !b.element_size && !reached(spec, b, spec.mesh_end > 0 ? spec.mesh_end : spec.end);
 }
 
 // ------------------------------------------------------------------------------------------------ plates
@@ -167,10 +171,23 @@ static std::pair<double, double> fineness(const io::Case& spec, const io::BodySp
     half = 2.2 * d;  // a thick target: the crater and its rim
   else if (spec.mode == io::Mode::sph)
     half = extent(b).norm();  // long flat hexes would make particles with gaps between them
-  if (!reached(spec, b) && spec.mode != io::Mode::sph) fine *= coarsest;
+  if (out_of_reach(spec, b)) fine *= coarsest;
   if (b.element_size) fine = *b.element_size;
   if (b.fine_radius) half = *b.fine_radius;
   return {fine, half};
+}
+
+/// Refuses what no machine holds, before a line of so many elements is drawn.
+static void require_few(const io::Case& spec, const io::BodySpec& b, double elements) {
+  constexpr double most = 1e7;
+  if (elements > most)
+    throw core::CaseError(fmt::format("{}: body.{}: has {:.3g} elements in a line, {:g} at most; take a larger element_size or fewer elements_across, or a smaller body",
+                                      spec.file, b.name, elements, most));
+}
+
+static int elements_along(const io::Case& spec, const io::BodySpec& b, double length, double size, int least) {
+  require_few(spec, b, length / size);
+  return std::max(least, static_cast<int>(std::lround(length / size)));
 }
 
 static std::vector<double> through(const io::BodySpec& b, double fine, double half, double d, bool front_is_high, bool cut) {
@@ -203,6 +220,10 @@ static std::vector<double> through(const io::BodySpec& b, double fine, double ha
 
 static PlateGrid plate_grid(const io::Case& spec, std::size_t body) {
   const auto& b = spec.bodies[body];
+  const core::Symmetry own = own_planes(spec, b);
+  if (own.plane[2] && b.elements_through && *b.elements_through % 2 != 0)
+    throw core::CaseError(fmt::format("{}: body.{}.elements_through = {}: run.symmetry cuts the plate in its middle; must be even", spec.file, b.name,
+                                      *b.elements_through));
   const auto order = plates_in_order(spec);
   const auto found = std::find(order.begin(), order.end(), static_cast<int>(body));
   const int k = found == order.end() ? -1 : static_cast<int>(found - order.begin());
@@ -216,7 +237,6 @@ static PlateGrid plate_grid(const io::Case& spec, std::size_t body) {
   PlateGrid g;
   g.fine = fine;
   const core::Mat3 turn = rotation(b);
-  const core::Symmetry own = own_planes(spec, b);
   for (int axis = 0; axis < 2; ++axis) {
     fem::Grading grading;
     grading.fine = fine;
@@ -226,9 +246,11 @@ static PlateGrid plate_grid(const io::Case& spec, std::size_t body) {
     grading.coarse = coarsest * fine;
     const double edge = b.size[axis];
     const bool cut = own.plane[static_cast<std::size_t>(axis)];
+    require_few(spec, b, std::min(2 * grading.fine_half, edge) / fine + edge / grading.coarse);
     auto& line = axis == 0 ? g.x : g.y;
     line = fem::graded_line(cut ? 0.0 : -0.5 * edge, 0.5 * edge, grading);
   }
+  require_few(spec, b, b.size[2] > 2 * d ? std::min(2 * half, 2.5 * d) / fine + b.size[2] / (12 * fine) : b.size[2] / fine);
   const bool front_is_high = flight(spec).dot(turn.col(2)) < 0;
   g.z = through(b, fine, half, d, front_is_high, own.plane[2]);
   return g;
@@ -252,14 +274,16 @@ static PlacedBody place(const io::Case& spec, std::size_t body) {
   p.element_size = size;
   switch (b.shape) {
     case Shape::sphere: {
-      const int n = std::max(4, static_cast<int>(std::lround(b.diameter / size)));
+      const int n = elements_along(spec, b, b.diameter, size, 4);
+      p.element_size = std::min(size, b.diameter / 4);
       p.count = 0.52 * std::pow(n, 3) / keep.copies();
       p.make = [&b, n, keep] { return placed(fem::sphere(b.diameter, n, keep), b); };
       break;
     }
     case Shape::cylinder: {
-      const int n = std::max(4, static_cast<int>(std::lround(b.diameter / size)));
-      const int along = std::max(2, static_cast<int>(std::lround(b.length / size)));
+      const int n = elements_along(spec, b, b.diameter, size, 4);
+      const int along = elements_along(spec, b, b.length, size, 2);
+      p.element_size = std::min(size, b.diameter / 4);
       p.count = 0.785 * n * n * along / keep.copies();
       p.make = [&b, n, along, keep] { return placed(fem::cylinder(b.diameter, b.length, n, along, keep), b); };
       break;
@@ -268,6 +292,7 @@ static PlacedBody place(const io::Case& spec, std::size_t body) {
     case Shape::box: {
       const PlateGrid g = plate_grid(spec, body);
       p.element_size = g.fine;
+      p.too_coarse = out_of_reach(spec, b) && reached(spec, b, spec.end);
       p.count = static_cast<double>((g.x.size() - 1) * (g.y.size() - 1) * (g.z.size() - 1));
       p.make = [&b, g] { return placed(fem::box(g.x, g.y, g.z), b); };
       break;
@@ -289,9 +314,17 @@ std::vector<PlacedBody> place_bodies(const io::Case& spec) {
   return r;
 }
 
-// ------------------------------------------------------------------------------------------------ overlap
+// ------------------------------------------------------------------------------------------------ what lies where it must not
 
-/// Points over the body's surface and inside, in place.
+/// What a body fills: points over its surface and inside, the box round them, and the elements of one from a file, in place.
+struct Filled {
+  const io::BodySpec* body = nullptr;
+  std::vector<Vec3> points;
+  core::Box box;
+  fem::HexMesh deck;
+  double size = 0;  ///< smallest extent, of a deck its elements' [m]
+};
+
 static std::vector<Vec3> samples(const io::BodySpec& b) {
   std::vector<Vec3> r;
   const core::Mat3 turn = rotation(b);
@@ -309,18 +342,83 @@ static std::vector<Vec3> samples(const io::BodySpec& b) {
   return r;
 }
 
-void check_overlap(const io::Case& spec) {
-  for (std::size_t a = 0; a < spec.bodies.size(); ++a)
-    for (std::size_t b = 0; b < spec.bodies.size(); ++b) {
-      const auto &p = spec.bodies[a], &q = spec.bodies[b];
-      if (a == b || p.shape == Shape::mesh || q.shape == Shape::mesh) continue;
-      const double tolerance = 1e-6 * std::min(smallest_extent(p), smallest_extent(q));
-      double deepest = 0;
-      for (const Vec3& x : samples(p)) deepest = std::min(deepest, distance(q, x));
-      if (deepest < -tolerance)
+static Filled filled(const io::BodySpec& b) {
+  Filled f;
+  f.body = &b;
+  f.size = smallest_extent(b);
+  if (b.shape == Shape::mesh) {
+    auto deck = io::read_mesh_deck(b.file, 1.0);
+    f.deck = placed({std::move(deck.x), std::move(deck.node)}, b);
+    f.size = *b.element_size;
+    f.points = f.deck.x;
+    for (const auto& corners : f.deck.node) {
+      Vec3 middle = Vec3::Zero();
+      for (const auto nd : corners) middle += 0.125 * f.deck.x[static_cast<std::size_t>(nd)];
+      f.points.push_back(middle);
+    }
+  } else {
+    f.points = samples(b);
+  }
+  for (const Vec3& x : f.points) f.box.add(x);
+  return f;
+}
+
+/// How far inside an element a point lies, by the planes through the middles of its faces; negative outside.
+static double depth_in(const fem::HexMesh& mesh, const std::array<std::int32_t, 8>& corners, const Vec3& x) {
+  double depth = 1e300;
+  for (const auto& face : fem::face_corner) {
+    const auto at = [&](std::size_t k) { return mesh.x[static_cast<std::size_t>(corners[static_cast<std::size_t>(face[k])])]; };
+    const Vec3 outward = (at(2) - at(0)).cross(at(3) - at(1)).normalized();
+    depth = std::min(depth, outward.dot(0.25 * (at(0) + at(1) + at(2) + at(3)) - x));
+  }
+  return depth;
+}
+
+/// How far points of p lie inside q [m].
+static double overlap(const Filled& p, const Filled& q) {
+  const core::Box common{p.box.low.cwiseMax(q.box.low), p.box.high.cwiseMin(q.box.high)};
+  if ((common.low.array() > common.high.array()).any()) return 0;
+  std::vector<Vec3> points;
+  for (const Vec3& x : p.points)
+    if (common.contains(x)) points.push_back(x);
+  double deepest = 0;
+  if (q.body->shape != Shape::mesh) {
+    for (const Vec3& x : points) deepest = std::max(deepest, -distance(*q.body, x));
+    return deepest;
+  }
+  for (const auto& corners : q.deck.node) {
+    core::Box box;
+    for (const auto nd : corners) box.add(q.deck.x[static_cast<std::size_t>(nd)]);
+    if (!box.touches(common)) continue;
+    for (const Vec3& x : points)
+      if (box.contains(x)) deepest = std::max(deepest, depth_in(q.deck, corners, x));
+  }
+  return deepest;
+}
+
+void check_places(const io::Case& spec) {
+  std::vector<Filled> all;
+  for (const auto& b : spec.bodies) all.push_back(filled(b));
+  constexpr double whole = 1e-6, faceted = 0.02;  // of the smaller size: curved bodies that touch are facets in a deck
+  for (std::size_t a = 0; a < all.size(); ++a)
+    for (std::size_t b = a + 1; b < all.size(); ++b) {
+      const Filled &p = all[a], &q = all[b];
+      const bool decks = p.body->shape == Shape::mesh || q.body->shape == Shape::mesh;
+      const double depth = std::max(overlap(p, q), overlap(q, p));
+      if (depth > (decks ? faceted : whole) * std::min(p.size, q.size))
         throw core::CaseError(fmt::format(
             "{}: bodies \"{}\" and \"{}\" overlap by {:.4g} mm: move one of them (body.{}.center) so that they at most touch",
-            spec.file, p.name, q.name, -deepest * 1e3, q.name));
+            spec.file, p.body->name, q.body->name, depth * 1e3, q.body->name));
+    }
+  for (std::size_t w = 0; w < spec.walls.size(); ++w)
+    for (const Filled& f : all) {
+      const Vec3 n = spec.walls[w].normal.normalized();
+      double lowest = 1e300;
+      for (const Vec3& x : f.points) lowest = std::min(lowest, n.dot(x - spec.walls[w].point));
+      if (lowest < -whole * f.size)
+        throw core::CaseError(fmt::format(
+            "{}: body \"{}\" reaches {:.4g} mm behind wall.{}: matter is on the side that the wall's normal points to; move the body "
+            "(body.{}.center) or the wall (wall.{}.point), or turn its normal", spec.file, f.body->name, -lowest * 1e3, w, f.body->name, w));
     }
 }
 

@@ -17,6 +17,7 @@ struct PlacedBody {
   const io::BodySpec* spec = nullptr;
   double element_size = 0;              ///< in the fine part [m]
   double count = 0;                     ///< elements, about
+  bool too_coarse = false;              ///< meshed as one that nothing gets to (io::Case::mesh_end), which something may after all
   std::function<fem::HexMesh()> make;   ///< the mesh in place, cut at the symmetry planes
 };
 
@@ -35,9 +36,18 @@ std::vector<int> plates_in_order(const io::Case& spec);
 /// Where the line of flight of the projectile meets the body's front face, or its centre where it does not [m].
 core::Vec3 where_struck(const io::Case& spec, std::size_t body);
 
+/// Does the line of flight enter the body through another face than the front one?
+bool struck_from_side(const io::Case& spec, std::size_t body);
+
 double smallest_extent(const io::BodySpec& body);
 
-/// Throws core::CaseError naming two bodies whose volumes overlap.
-void check_overlap(const io::Case& spec);
+/// Middle of the body, or of the box round it [m].
+core::Vec3 middle(const io::BodySpec& body);
+
+/// Is one of the body's own axes along this axis of the scene?
+bool lies_along(const io::BodySpec& body, int axis);
+
+/// Throws core::CaseError naming two bodies whose volumes overlap, or one that reaches behind a rigid wall. Decks must be measured.
+void check_places(const io::Case& spec);
 
 }  // namespace app

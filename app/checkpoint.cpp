@@ -3,6 +3,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
+#include "app/summary.hpp"
 #include "core/error.hpp"
 #include "io/archive.hpp"
 
@@ -20,7 +23,7 @@ static void mesh_state(Archive& a, fem::Mesh& mesh) {
   a("nodes/x", n.x), a("nodes/v", n.v), a("nodes/v_mean", n.v_mean), a("nodes/m", n.m), a("nodes/awake", n.awake);
   auto& e = mesh.elements;
   each_point_field(a, "elements/points", e.pt);
-  a("elements/deformation", e.deformation), a("elements/ratio_0", e.ratio_0);
+  a("elements/deformation", e.deformation);
   a("elements/dt", e.dt), a("elements/dt_0", e.dt_0);
   a("elements/corner_force", e.corner_force), a("elements/alive", e.alive);
   if (!e.hourglass.empty()) a("elements/hourglass", e.hourglass);
@@ -75,6 +78,8 @@ static void book_state(Archive& a, Simulation& s) {
   a("work/element_updates_slowed", w.element_updates_slowed);
   a("work/particle_updates", w.particle_updates), a("work/particle_updates_asleep", w.particle_updates_asleep);
   a("work/pair_updates", w.pair_updates), a("work/seconds", w.seconds);
+  a("work/neighbour_builds", s.hood.builds), a("work/contact_searches", c.searches);
+  a("run/warnings", s.warnings), a("run/off_table", s.off_table);
 }
 
 template <class Archive>
@@ -84,15 +89,22 @@ static void state(Archive& a, Simulation& s) {
   book_state(a, s);
 }
 
+/// With the processor time of this process among that of those before it.
+template <class Archive>
+static void whole_state(Archive& a, Simulation& s) {
+  state(a, s);
+  a("work/cpu_seconds", s.work.cpu_seconds_before + cpu_seconds());
+}
+
 void write_checkpoint(Simulation& s, const std::string& path) {
   io::ArchiveWriter a(path);
-  state(a, s);
+  whole_state(a, s);
   a.commit();
 }
 
 io::ArchiveCopy copy_state(Simulation& s) {
   io::ArchiveCopy a;
-  state(a, s);
+  whole_state(a, s);
   return a;
 }
 
@@ -108,7 +120,13 @@ void read_checkpoint(Simulation& s, const std::string& path) {
   if (stored != s.n_elements_initial)
     throw core::CaseError(fmt::format("{}: is of a run of {} elements, but the case beside it builds {}: it belongs to another case",
                                       path, stored, s.n_elements_initial));
+  const auto own_warnings = s.warnings;
+  if (a.has("elements/hourglass") == s.mesh.elements.hourglass.empty())
+    throw core::CaseError(path + ": is of a run with another form of hourglass control; put run.hourglass of the case beside it back");
   state(a, s);
+  a("work/cpu_seconds", s.work.cpu_seconds_before);
+  for (const auto& w : own_warnings)
+    if (std::find(s.warnings.begin(), s.warnings.end(), w) == s.warnings.end()) s.warnings.push_back(w);
   s.bond.ring.clear();
   s.hood.valid = false;
   coupling::invalidate(s.contact);

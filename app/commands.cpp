@@ -36,9 +36,11 @@ static void use_threads(int asked) {
 static int run_case(const Arguments& a) {
   use_threads(a.threads);
   const io::Case spec = io::read_case(a.target, a.set, a.mode);
-  const auto stem = [&] {
-    const auto path = std::filesystem::absolute(a.target).lexically_normal();
-    return path.filename() == "case.toml" ? path.parent_path().filename() : path.stem();
+  const auto stem = [&] {  // the case file's, or the folder's that holds case.toml
+    auto path = std::filesystem::absolute(a.target).lexically_normal();
+    if (!path.has_filename() || path.filename() == "case.toml") path = path.parent_path();
+    std::error_code ignored;
+    return std::filesystem::is_directory(path, ignored) ? path.filename() : path.stem();
   };
   return run(spec, a.out.empty() ? "runs/" + stem().string() + "-" + io::to_string(spec.mode) : a.out, a.force);
 }
@@ -92,7 +94,14 @@ static int print_hugoniot(const std::string& name, const std::string& file) {
   fmt::print("# principal Hugoniot of {}, rho_0 = {:g} kg/m3\n", name, m.rho_0);
   fmt::print("{:>10} {:>10} {:>12} {:>12} {:>10} {:>12}\n", "up km/s", "Us km/s", "p GPa", "rho kg/m3", "T K", "e MJ/kg");
   for (double up = 250; up <= 8000; up += 250) {
-    const auto h = eos::hugoniot(m.eos, m.rho_0, up);
+    eos::HugoniotPoint h{};
+    try {
+      h = eos::hugoniot(m.eos, m.rho_0, up);
+    } catch (const core::CaseError& e) {
+      if (up == 250) throw core::CaseError(fmt::format("{}: {}", name, e.what()));
+      fmt::print("# no further: {}\n", e.what());
+      break;
+    }
     fmt::print("{:10.3f} {:10.3f} {:12.4f} {:12.1f} {:10.0f} {:12.4f}\n", up * 1e-3, h.Us * 1e-3, h.p * 1e-9, h.rho, h.temperature,
                h.e * 1e-6);
   }
@@ -106,6 +115,8 @@ static int make_table(const std::string& name, const std::string& out, int numbe
   eos::SesameMaterial table = model.table();
   if (number > 0) table.number = number;
   const std::string file = out.empty() ? name + ".ses" : out;
+  const auto folder = std::filesystem::absolute(file).parent_path();
+  if (!std::filesystem::is_directory(folder)) throw core::CaseError(fmt::format("--out {}: there is no folder {}", file, folder.string()));
   io::write_atomically(file, eos::sesame_text(table));
   const auto& e = model.phase_energies();
   const auto& g = table.grids.at(301);
@@ -203,7 +214,11 @@ int command_line(int argc, char** argv) {
   } catch (const core::GuardError& e) {
     fmt::print(stderr, "stopped: {}\n", e.what());
     return 3;
+  } catch (const std::filesystem::filesystem_error& e) {  // a path that cannot be looked at
+    std::fputs(fmt::format("error: {}\n", e.what()).c_str(), stderr);
+    return 2;
   } catch (const std::system_error& e) {  // a stream or file that can no longer be written
+    std::fputs(fmt::format("stopped: {}\n", e.what()).c_str(), stderr);
     return 3;
   } catch (const std::bad_alloc&) {
     fmt::print(stderr, "stopped: out of memory; a coarser run.fidelity needs less\n");

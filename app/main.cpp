@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <csignal>
@@ -15,7 +16,14 @@ static void spin_briefly(char** argv) {
   execv("/proc/self/exe", argv);  // returns only where it fails: the run goes on as it is
 }
 
+/// A closed screen's number would be given to the first file of results.
+static void keep_screen_numbers() {
+  for (int number = 0; number <= 2; ++number)
+    if (fcntl(number, F_GETFD) < 0 && open("/dev/null", O_RDWR) != number) std::_Exit(3);
+}
+
 int main(int argc, char** argv) {
+  keep_screen_numbers();
   std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error of the write, reported there
   spin_briefly(argv);
   return app::command_line(argc, argv);

@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/run.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
+#include <cerrno>
 #include <chrono>
 #include <cmath>
 #include <csignal>
@@ -23,6 +27,7 @@
 #include "core/parallel.hpp"
 #include "io/case_file.hpp"
 #include "io/snapshot.hpp"
+#include "io/toml_reader.hpp"
 
 namespace app {
 
@@ -32,6 +37,31 @@ static std::atomic<bool> interrupted{false};
 extern "C" void note_interrupt(int) { interrupted = true; }
 
 // ------------------------------------------------------------------------------------------------ files of a run
+
+/// Keeps a second run out of a folder while it lives.
+class FolderLock {
+ public:
+  explicit FolderLock(const std::string& dir) : folder_(open(dir.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+    if (folder_ >= 0 && flock(folder_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+      close(folder_);
+      throw core::CaseError(fmt::format("{}: another run is writing there; wait for it, or give another --out", dir));
+    }
+  }
+  ~FolderLock() {
+    if (folder_ >= 0) close(folder_);
+  }
+  FolderLock(const FolderLock&) = delete;
+  FolderLock& operator=(const FolderLock&) = delete;
+
+ private:
+  int folder_;
+};
+
+/// Text for the screen, which may be gone while the run goes on.
+static void say(const std::string& text) {
+  std::fputs(text.c_str(), stdout);
+  std::fflush(stdout);
+}
 
 /// A text file that grows line by line; a line that cannot be written stops the run.
 class LineFile {
@@ -98,15 +128,14 @@ class Progress {
     if (terminal_) {
       constexpr int width = 30;
       const int full = static_cast<int>(std::lround(part * width));
-      fmt::print("\r[{:-<{}}] {:5.1f} %  ETA {:4.0f} s  {}   ", std::string(static_cast<std::size_t>(full), '#'), width,
-                 100 * part, left, state);
+      say(fmt::format("\r[{:-<{}}] {:5.1f} %  ETA {:4.0f} s  {}   ", std::string(static_cast<std::size_t>(full), '#'), width,
+                      100 * part, left, state));
     } else {
-      fmt::print("{:5.1f} %  {}  {:.0f} s gone, {:.0f} s to go\n", 100 * part, state, wall, left);
+      say(fmt::format("{:5.1f} %  {}  {:.0f} s gone, {:.0f} s to go\n", 100 * part, state, wall, left));
     }
-    std::fflush(stdout);
   }
   void end() const {
-    if (terminal_) fmt::print("\n");
+    if (terminal_) say("\n");
   }
   double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count(); }
 
@@ -146,11 +175,12 @@ struct Output {
     background.start([copy = copy_state(s), path]() mutable { copy.write(path); });
   }
 
+  void warn(const std::string& text) {
+    log.line("warning: " + text);
+    std::fputs(fmt::format("\nwarning: {}\n", text).c_str(), stderr);
+  }
   void tell_warnings(const Simulation& s) {
-    for (; warnings_told < s.warnings.size(); ++warnings_told) {
-      log.line("warning: " + s.warnings[warnings_told]);
-      fmt::print(stderr, "\nwarning: {}\n", s.warnings[warnings_told]);
-    }
+    for (; warnings_told < s.warnings.size(); ++warnings_told) warn(s.warnings[warnings_told]);
   }
 
   void add_history(const Simulation& s) {
@@ -199,11 +229,22 @@ static void end_steps(Simulation& s) {
   core::free_all(s.mesh.elements.corner_force, s.mesh.corners, s.mesh.nodes.v_mean, s.mesh.nodes.f);
 }
 
+/// References to what nothing is measured by: misspelt, or of what this scene does not have.
+static void warn_of_references(Simulation& s, const measure::Result& result) {
+  std::vector<std::string> keys;
+  for (const auto& v : result.values) keys.push_back(v.key);
+  for (const auto& [key, r] : s.spec.reference)
+    if (std::find(keys.begin(), keys.end(), key) == keys.end())
+      s.warnings.push_back(fmt::format("reference \"{}\": nothing is measured by that name in this run{}", key, io::toml_reader::did_you_mean(key, keys)));
+}
+
 /// Runs to the end or to what stops it, saves the state, reports. Returns the exit code.
 static int conclude(Simulation& s, Output& out, double wall_before) {
   const auto begin_time = std::chrono::steady_clock::now();
   std::signal(SIGINT, note_interrupt);
   std::signal(SIGTERM, note_interrupt);
+  std::signal(SIGHUP, note_interrupt);
+  std::signal(SIGPIPE, SIG_IGN);  // results go to files: the run goes on without its screen
   RunInfo info;
   int code = 0;
   try {
@@ -214,40 +255,43 @@ static int conclude(Simulation& s, Output& out, double wall_before) {
   } catch (const core::GuardError& e) {
     info.stop_reason = e.what();
     code = 3;
-    fmt::print(stderr, "\nstopped: {}\n", e.what());
+    std::fputs(fmt::format("\nstopped: {}\n", e.what()).c_str(), stderr);
   }
   info.wall_seconds = wall_before + std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_time).count();
-  info.cpu_seconds = cpu_seconds();
+  info.cpu_seconds = s.work.cpu_seconds_before + cpu_seconds();
   try {
     out.background.wait();
   } catch (const core::GuardError& e) {
-    fmt::print(stderr, "{}\n", e.what());
+    std::fputs(fmt::format("{}\n", e.what()).c_str(), stderr);
     code = 3;
   }
   // The state first, then what is derived from it, the summary last; a disk that is full may refuse any of them.
   try {
-    write_checkpoint(s, out.dir + "/checkpoint.h5");
+    const bool sound = std::isfinite(s.ledger.energy_error);
+    if (sound) write_checkpoint(s, out.dir + "/checkpoint.h5");
     end_steps(s);
     auto snapshot = take_snapshot(s);
-    if (std::isfinite(s.ledger.energy_error)) out.snapshots.append(snapshot);
-    if (code != 130) out.add_history(s);  // a resumed run's history has the rows of one that was not interrupted
+    if (sound) out.snapshots.append(snapshot);
+    if (sound && code != 130) out.add_history(s);  // a resumed run's history has the rows of one that was not interrupted
     info.elements = s.mesh.n_alive, info.particles = s.particles.size();
     const auto scene = scene_now(s);
     core::free_all(s.mesh, s.particles);
     const auto result = measure_snapshot(std::move(snapshot), scene, s.frozen);
+    if (info.completed) warn_of_references(s, result);
+    out.tell_warnings(s);
     write_fragments(out.dir, result);
     write_summary(out.dir, s, result, info);
     const std::string report = measurement_table(s.spec, result) + ledger_table(s);
     out.log.line(report);
-    fmt::print("\n{}", report);
+    say("\n" + report);
   } catch (const core::GuardError& e) {
-    fmt::print(stderr, "{}\n", e.what());
+    std::fputs(fmt::format("{}\n", e.what()).c_str(), stderr);
     code = 3;
   }
   const std::string last = fmt::format("{} at t = {:.6g} us after {} steps, {:.1f} s", info.stop_reason, s.time * 1e6,
                                        s.steps, info.wall_seconds);
-  fmt::print("{}\n", last);
-  if (code == 130) fmt::print("go on with: ejecta resume {}\n", out.dir);
+  say(last + "\n");
+  if (code == 130) say(fmt::format("go on with: ejecta resume {}\n", out.dir));
   return code;
 }
 
@@ -266,22 +310,29 @@ static Output open_output(const Simulation& s, const std::string& dir, bool go_o
 }
 
 int run(const io::Case& spec, const std::string& dir, bool force) {
-  if (fs::exists(dir) && !force && !(fs::is_directory(dir) && fs::is_empty(dir)))
-    throw core::CaseError(fmt::format("{}: exists already and is not overwritten; give another --out, or --force", dir));
-  auto s = set_up(spec);
+  const auto refuse_to_overwrite = [&] {
+    if (fs::exists(dir) && !force && !(fs::is_directory(dir) && fs::is_empty(dir)))
+      throw core::CaseError(fmt::format("{}: exists already and is not overwritten; give another --out, or --force", dir));
+  };
+  refuse_to_overwrite();
   std::error_code error;
+  if (fs::equivalent(spec.file, fs::path(dir) / "case.toml", error))
+    throw core::CaseError(fmt::format("{}: is the case itself, which the run's case.toml would overwrite; give another --out", spec.file));
+  auto s = set_up(spec);
+  begin(*s);
   fs::create_directories(dir, error);
   if (error) throw core::CaseError(fmt::format("{}: the output folder cannot be made: {}", dir, error.message()));
-  for (const char* name : {"summary.json", "checkpoint.h5", "fragments.csv"}) fs::remove(fs::path(dir) / name, error);
-  begin(*s);
+  const FolderLock lock(dir);
+  refuse_to_overwrite();  // another run may have begun there since
+  for (const char* name : {"summary.json", "checkpoint.h5", "fragments.csv", "measurements.csv"}) fs::remove(fs::path(dir) / name, error);
   Output out = open_output(*s, dir, false);
   std::ofstream(dir + "/case.toml") << io::write_case(s->spec);
   out.history.line(history_head);
   out.log.line(fmt::format("{}\nmode {}, {} elements in {} bodies, symmetry 1/{}, {} threads, kernels for {}", spec.title,
                            io::to_string(spec.mode), s->n_elements_initial, spec.bodies.size(), s->spec.symmetry.copies(),
                            core::threads(), core::isa_name()));
-  fmt::print("{}: {} elements, {} particles, mode {}, end {:.4g} us\n", spec.title, s->mesh.n_alive, s->particles.size(),
-             io::to_string(spec.mode), spec.end * 1e6);
+  say(fmt::format("{}: {} elements, {} particles, mode {}, end {:.4g} us\n", spec.title, s->mesh.n_alive, s->particles.size(),
+                  io::to_string(spec.mode), spec.end * 1e6));
   out.add_history(*s);
   out.write_snapshot(*s);
   return conclude(*s, out, 0);
@@ -291,6 +342,7 @@ int resume(const std::string& dir) {
   const std::string checkpoint = dir + "/checkpoint.h5";
   if (!fs::exists(checkpoint))
     throw core::CaseError(fmt::format("{}: holds no checkpoint.h5 to go on from; start with: ejecta run CASE --out {}", dir, dir));
+  const FolderLock lock(dir);
   auto s = set_up(io::read_case(dir + "/case.toml"));
   begin(*s);
   read_checkpoint(*s, checkpoint);
@@ -305,7 +357,8 @@ int resume(const std::string& dir) {
   }
   Output out = open_output(*s, dir, true);
   out.log.line(fmt::format("resumed at t = {:.6g} us, step {}", s->time * 1e6, s->steps));
-  fmt::print("{}: going on at t = {:.4g} us, step {}\n", s->spec.title, s->time * 1e6, s->steps);
+  if (!out.snapshots.note().empty()) out.warn(out.snapshots.note());
+  say(fmt::format("{}: going on at t = {:.4g} us, step {}\n", s->spec.title, s->time * 1e6, s->steps));
   double before = 0;
   for (const double t : s->work.seconds) before += t;
   return conclude(*s, out, before);

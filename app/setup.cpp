@@ -22,8 +22,7 @@ using core::Vec3;
 static bool symmetric(const io::BodySpec& b, int axis) {
   if (b.shape == io::Shape::mesh) return false;
   if (b.center[axis] != 0 || b.velocity[axis] != 0) return false;
-  const core::Vec3 n = b.normal.normalized();
-  if (b.shape != io::Shape::sphere && n[axis] != 0 && std::abs(n[axis]) != 1) return false;
+  if (!lies_along(b, axis)) return false;
   // a spin is an axial vector: only its component along the plane's normal survives the mirror
   return b.spin[(axis + 1) % 3] == 0 && b.spin[(axis + 2) % 3] == 0;
 }
@@ -42,7 +41,7 @@ core::Symmetry find_symmetry(const io::Case& spec) {
     else if (s.plane[k] && !all)
       throw core::CaseError(fmt::format(
           "{}: run.symmetry names \"{}\", but the scene is not its own mirror image about that plane: every body must have "
-          "center, velocity and normal in it; use symmetry = \"auto\" or \"none\"",
+          "center and velocity in it, one of its edges across it, and none a mesh from a file; use symmetry = \"auto\" or \"none\"",
           spec.file, "xyz"[axis]));
   }
   return s;
@@ -68,6 +67,7 @@ static measure::Scene make_scene(const io::Case& spec, const std::vector<PlacedB
     k.is_plate = !k.is_projectile && (body.shape == io::Shape::plate || body.shape == io::Shape::box) && body.velocity.isZero(0);
     k.center = body.center;
     k.normal = body.normal.normalized();
+    k.velocity = body.velocity;
     k.extent = body.shape == io::Shape::cylinder ? Vec3(body.diameter, body.diameter, body.length)
                : body.shape == io::Shape::sphere ? Vec3::Constant(body.diameter)
                                                  : body.size;
@@ -82,20 +82,25 @@ static measure::Scene make_scene(const io::Case& spec, const std::vector<PlacedB
     scene.bodies.push_back(k);
   }
   scene.plates = plates_in_order(spec);
+  for (const int b : scene.plates)
+    if (struck_from_side(spec, static_cast<std::size_t>(b)))
+      warnings.push_back(fmt::format("the line of flight enters body \"{}\" through a side: its craters, holes, bulge and impulse are those along its normal; "
+                                     "let the normal be that of the face which is struck", spec.bodies[static_cast<std::size_t>(b)].name));
+  scene.aim = middle(shot);
   if (!scene.plates.empty()) {
     const auto& first = scene.bodies[static_cast<std::size_t>(scene.plates[0])];
     scene.aim = where_struck(spec, static_cast<std::size_t>(scene.plates[0]));
     scene.element_size = placed[static_cast<std::size_t>(scene.plates[0])].element_size;
     const std::string& struck = spec.bodies[static_cast<std::size_t>(scene.plates[0])].material;
     const auto &a = spec.materials.at(shot.material), &b = spec.materials.at(struck);
-    const double closing = std::abs(shot.velocity.dot(first.normal));
+    const double closing = std::abs((shot.velocity - spec.bodies[static_cast<std::size_t>(scene.plates[0])].velocity).dot(first.normal));
     scene.peak_pressure_axis_hugoniot = eos::impact_pressure(a.eos, a.rho_0, b.eos, b.rho_0, closing);
     if (closing > 0 && !(scene.peak_pressure_axis_hugoniot > 0))
       warnings.push_back(fmt::format(
           "{} on {} at {:.4g} km/s compresses one of them beyond the range of its equation of state: pressures there are extrapolated and "
           "peak_pressure_hugoniot is left out; a model of wider range (tillotson, or a table from \"ejecta eos table\") would cover it",
           shot.material, struck, closing * 1e-3));
-    if (shot.shape == io::Shape::sphere && closing > 0.999 * shot.velocity.norm())
+    if (shot.shape == io::Shape::sphere && closing > 0.999 * (shot.velocity - spec.bodies[static_cast<std::size_t>(scene.plates[0])].velocity).norm())
       scene.peak_pressure_jetting = eos::onset_of_jetting(a.eos, a.rho_0, b.eos, b.rho_0, closing).p;
   }
   return scene;
@@ -128,6 +133,10 @@ static void start_moving(const io::BodySpec& body, core::Range nodes, fem::Nodes
 static void warn_of_mismatch(const io::Case& spec, const std::vector<PlacedBody>& placed, std::vector<std::string>& warnings) {
   constexpr double fair = 0.6;
   const auto& shot = placed[static_cast<std::size_t>(projectile_of(spec))];
+  for (const auto& b : placed)
+    if (b.too_coarse)
+      warnings.push_back(fmt::format("body \"{}\" has the coarse mesh of a plate that nothing can get to before run.mesh_end = {:.4g} us, and something may before run.end = {:.4g} us",
+                                     b.spec->name, spec.mesh_end * 1e6, spec.end * 1e6));
   for (const int b : plates_in_order(spec)) {
     const auto& plate = placed[static_cast<std::size_t>(b)];
     const double thickness = plate.spec->shape == io::Shape::plate ? plate.spec->size[2] : plate.element_size;
@@ -222,6 +231,7 @@ std::unique_ptr<Simulation> set_up(const io::Case& given) {
   measure_decks(spec);
   spec.symmetry = find_symmetry(spec);
   spec.symmetry_auto = false;
+  if (!(spec.mesh_end > 0)) spec.mesh_end = spec.end;
   const Estimate cost = estimate(spec);
   if (cost.bytes > cost.available)
     throw core::CaseError(fmt::format(
@@ -231,7 +241,7 @@ std::unique_ptr<Simulation> set_up(const io::Case& given) {
         spec.fidelity == "custom" ? fmt::format("run.elements_across = {}", spec.elements_across)
                                   : fmt::format("run.fidelity = \"{}\" ({} elements across)", spec.fidelity, spec.elements_across), cost.elements, cost.bytes / (1 << 30), cost.available / (1 << 30)));
   auto placed = place_bodies(spec);
-  check_overlap(spec);
+  check_places(spec);
   warn_of_mismatch(spec, placed, s->warnings);
   for (auto& b : placed) {
     const auto& material = spec.materials.at(b.spec->material);

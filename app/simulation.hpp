@@ -40,6 +40,7 @@ struct Work {
   std::uint64_t particle_updates = 0, particle_updates_asleep = 0;
   std::uint64_t pair_updates = 0;
   std::array<double, n_stages> seconds{};
+  double cpu_seconds_before = 0;  ///< of processes that this run began in
 };
 
 struct Simulation {

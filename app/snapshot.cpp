@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "core/error.hpp"
+#include "measure/whole.hpp"
 
 namespace app {
 
@@ -96,45 +97,60 @@ std::vector<measure::Value> recall(const io::Snapshot& snapshot, measure::Scene&
       for (int d = 0; d < 3; ++d)
         if (name == impulse_name(b.name, d)) b.impulse[d] = value;
     if (name.rfind(frozen_prefix, 0) == 0) {
-      const auto bar = name.find('|');
+      const auto bar = name.rfind('|');
       frozen.push_back({name.substr(frozen_prefix.size(), bar - frozen_prefix.size()), value, name.substr(bar + 1)});
     }
   }
   return frozen;
 }
 
+/// "bumper.cloud." of "bumper.cloud.mass".
+static std::string family(const std::string& key) { return key.substr(0, key.rfind('.') + 1); }
+
 measure::Result measure_snapshot(io::Snapshot snapshot, const measure::Scene& scene,
                                  const std::vector<measure::Value>& frozen) {
   measure::Result r = measure::measure(matter_of(std::move(snapshot)), scene);
-  for (const auto& f : frozen) {
-    const auto same = std::find_if(r.values.begin(), r.values.end(), [&](const auto& v) { return v.key == f.key; });
-    if (same == r.values.end())
-      r.values.push_back(f);
-    else
-      *same = f;
-  }
+  // a cloud that was taken before it struck stands as it was, with what it had no value of
+  std::erase_if(r.values, [&](const auto& v) {
+    return std::any_of(frozen.begin(), frozen.end(), [&](const auto& f) { return family(f.key) == family(v.key); });
+  });
+  r.values.insert(r.values.end(), frozen.begin(), frozen.end());
   return r;
 }
 
+/// How near a cloud's front may come to the next plate before the cloud is measured: a quarter of the projectile's size, or of what
+/// is between the plates [m].
+static double near_enough(const measure::Scene& scene, std::size_t k) {
+  const auto wall = static_cast<std::size_t>(scene.plates[k + 1]);
+  const auto& plate = scene.bodies[static_cast<std::size_t>(scene.plates[k])];
+  const measure::PlateFrame frame = measure::plate_frame(scene, static_cast<int>(wall));
+  const double gap = frame.local(plate.center).z() - 0.5 * (plate.thickness + scene.bodies[wall].thickness);
+  return 0.25 * std::min(scene.projectile_size, std::max(gap, 0.0));
+}
+
 void freeze_clouds(Simulation& s) {
-  const auto& scene = s.scene;
+  s.scene.time = s.time;
+  const measure::Scene& scene = s.scene;
   s.cloud_frozen.resize(scene.plates.size(), 0);
   for (std::size_t k = 0; k + 1 < scene.plates.size(); ++k) {
     if (s.cloud_frozen[k]) continue;
-    const auto next = static_cast<std::size_t>(scene.plates[k + 1]);
-    const auto& wall = scene.bodies[next];
-    const double side = scene.impact_velocity.dot(wall.normal) < 0 ? 1 : -1;
-    const auto height = [&](const Vec3& x) { return -(side * wall.normal.dot(x - wall.center) - 0.5 * wall.thickness); };
+    const measure::PlateFrame wall = measure::plate_frame(scene, scene.plates[k + 1]);
+    const auto may_strike = [&](std::size_t body) { return measure::built_before(scene, k, static_cast<int>(body)); };
     double nearest = 1e300;
-    for (std::size_t i = 0; i < s.particles.size(); ++i) nearest = std::min(nearest, -height(s.particles.x[i]));
+    const auto note = [&](const Vec3& x) {
+      const Vec3 local = wall.local(x);
+      if (wall.rim(local) <= 1) nearest = std::min(nearest, local.z() - wall.half.z());
+    };
+    for (std::size_t i = 0; i < s.particles.size(); ++i)
+      if (may_strike(s.particles.body[i])) note(s.particles.x[i]);
     for (std::size_t b = 0; b < s.mesh.body_nodes.size(); ++b) {
-      if (b == next || !s.mesh.body_awake[b]) continue;
+      if (!s.mesh.body_awake[b] || !may_strike(b)) continue;
       for (std::size_t nd = s.mesh.body_nodes[b].first; nd < s.mesh.body_nodes[b].last; ++nd)
-        if (s.mesh.nodes.m[nd] > 0 && s.mesh.nodes.awake[nd]) nearest = std::min(nearest, -height(s.mesh.nodes.x[nd]));
+        if (s.mesh.nodes.m[nd] > 0 && s.mesh.nodes.awake[nd]) note(s.mesh.nodes.x[nd]);
     }
-    if (nearest > 0.25 * scene.projectile_size) continue;
+    if (nearest > near_enough(scene, k)) continue;
     s.cloud_frozen[k] = 1;
-    const auto r = measure::measure_cloud(matter_of(take_snapshot(s)), scene_now(s), static_cast<int>(k));
+    const auto r = measure::measure_cloud(matter_of(take_snapshot(s)), scene_now(s), k);
     s.frozen.insert(s.frozen.end(), r.values.begin(), r.values.end());
   }
 }

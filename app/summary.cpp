@@ -46,8 +46,11 @@ static Json measurements(const io::Case& spec, const measure::Result& result) {
       entry["value"] = v.value;
     entry["unit"] = v.unit == "bool" ? "" : v.unit;
     if (const auto* r = reference(spec, v.key)) {
-      entry["reference"] = r->value;
-      if (r->value != 0) entry["relative_error"] = (v.value - r->value) / std::abs(r->value);
+      if (v.unit == "bool")
+        entry["reference"] = r->value != 0;
+      else
+        entry["reference"] = r->value;
+      if (r->value != 0 && v.unit != "bool") entry["relative_error"] = (v.value - r->value) / std::abs(r->value);
       entry["source"] = r->source;
     }
   }
@@ -67,7 +70,12 @@ static void write_file(const std::string& path, const std::string& text) {
                                          "writable; free some space and resume", path, text.size()));
     }
   }
-  std::filesystem::rename(temporary, path);
+  std::error_code error;
+  std::filesystem::rename(temporary, path, error);
+  if (!error) return;
+  const std::string why = error.message();
+  std::filesystem::remove(temporary, error);
+  throw core::GuardError(fmt::format("{}: cannot be put in place: {}", path, why));
 }
 
 static Json conservation(const Simulation& s) {
@@ -152,7 +160,7 @@ void rewrite_measurements(const std::string& dir, const io::Case& spec, const me
   const std::string path = dir + "/summary.json";
   std::ifstream f(path);
   Json j = Json::parse(f, nullptr, false);
-  if (j.is_discarded()) throw core::CaseError(path + ": is not a summary of a run; run the case again");
+  if (!j.is_object()) throw core::CaseError(fmt::format("{}: is not there, or no summary of a run; finish the run with: ejecta resume {}", path, dir));
   j["measurements"] = measurements(spec, result);
   write_file(path, j.dump(2) + "\n");
 }

@@ -19,7 +19,7 @@
 namespace io {
 
 /// Goes up whenever what a checkpoint holds changes.
-constexpr std::int64_t checkpoint_version = 2;
+constexpr std::int64_t checkpoint_version = 3;
 
 /// What an element of an array is stored as: `columns` numbers of type T.
 template <class T>

@@ -46,6 +46,7 @@ struct Case {
   // [run]
   Mode mode = Mode::hybrid;
   double end = 0;                            ///< [s]
+  double mesh_end = 0;                       ///< plates that nothing can get to before it are coarse [s]; 0: end
   int elements_across = 20;                  ///< elements over the projectile's smallest extent; from fidelity or elements_across
   std::string fidelity = "standard";         ///< draft | standard | fine | reference, or "custom" where elements_across was given
   bool symmetry_auto = true;

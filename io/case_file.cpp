@@ -118,11 +118,12 @@ void read_sleep(const Table& run, Case& c) {
 
 void read_run(const Node& root, Case& c) {
   const Section run(root, "run",
-                    {"mode", "end", "fidelity", "elements_across", "symmetry", "sleep", "cfl", "hourglass",
+                    {"mode", "end", "mesh_end", "fidelity", "elements_across", "symmetry", "sleep", "cfl", "hourglass",
                      "hourglass_coefficient", "viscosity_linear", "viscosity_quadratic", "energy_tolerance"});
   if (!root.find("run")) toml_reader::fail(root.where, "[run]", "is missing; it needs at least end = \"20 us\"");
   if (run->has("mode")) c.mode = read_choice(*run, "mode", mode_names);
   c.end = run->number("end", Dimension::time, positive);
+  run->read("mesh_end", c.mesh_end, Dimension::time, positive);
   read_fidelity(*run, c);
   read_symmetry(*run, c);
   read_sleep(*run, c);
@@ -173,6 +174,8 @@ void check_shape_keys(const Table& t, Shape shape) {
 
 core::Vec3 direction(const Table& t, const char* key) {
   core::Vec3 n = t.vector(key, Dimension::none);
+  const double greatest = n.cwiseAbs().maxCoeff();
+  if (greatest > 1e150 || (greatest > 0 && greatest < 1e-150)) n /= greatest;  // its square is no number
   const double norm = n.norm();
   if (!(norm > 0)) t.fail(key, "has no length; must point somewhere, for example [0, 0, 1]");
   // a direction that is of unit length already keeps its bits
@@ -188,6 +191,18 @@ double smallest_extent(const BodySpec& b) {
     case Shape::mesh: return 1e300;
   }
   return 1e300;
+}
+
+/// 0 where only a file knows [m].
+double largest_extent(const BodySpec& b) {
+  switch (b.shape) {
+    case Shape::sphere: return b.diameter;
+    case Shape::cylinder: return std::max(b.diameter, b.length);
+    case Shape::plate:
+    case Shape::box: return b.size.maxCoeff();
+    case Shape::mesh: return 0;
+  }
+  return 0;
 }
 
 std::string absolute_path(const std::string& file, const std::string& folder) {
@@ -208,6 +223,7 @@ void read_shape(const Table& t, const std::string& folder, BodySpec& b) {
   if (t.has("size")) read_size(t, b);
   if (t.has("file")) {
     b.file = absolute_path(t.text("file"), folder);
+    toml_reader::check_utf8(b.file, t.find("file")->where, t.full_key("file"));
     if (!std::filesystem::is_regular_file(b.file)) t.fail("file", fmt::format("there is no file {}", b.file));
   }
   if (t.has("element_size")) {
@@ -223,9 +239,10 @@ void read_shape(const Table& t, const std::string& folder, BodySpec& b) {
 void check_name(const Table& t, const std::string& name, const std::vector<BodySpec>& others) {
   if (name.empty()) t.fail("name", "is empty; measurements need a name, for example \"bumper\"");
   for (const char c : name)
-    if (c == '.' || c == '"' || c == '=' || static_cast<unsigned char>(c) <= ' ')
+    if (std::string(".,\"=|/\\").find(c) != std::string::npos || static_cast<unsigned char>(c) <= ' ')
       t.fail("name", fmt::format("\"{}\" holds '{}'; letters, digits, '-' and '_' are fine", name, c));
-  if (name == "cloud") t.fail("name", "\"cloud\" is what measurements of the debris are called; take another name");
+  for (const char* taken : {"cloud", "ejecta", "fragments"})
+    if (name == taken) t.fail("name", fmt::format("\"{}\" is what measurements of the debris are called; take another name", name));
   for (const BodySpec& other : others)
     if (other.name == name) t.fail("name", fmt::format("\"{}\" is the name of an earlier body too", name));
 }
@@ -245,11 +262,16 @@ BodySpec read_body(const Node& node, std::size_t index, const Materials& materia
   check_name(t, b.name, others);
   read_shape(t, folder, b);
   t.read("center", b.center, Dimension::length);
+  constexpr double farthest = 1e4;
+  if (b.center.cwiseAbs().maxCoeff() > farthest)
+    t.fail("center", fmt::format("is farther than {:g} m from the origin, where micrometres are lost to round-off; a bare number is in m", farthest));
   if (t.has("normal")) b.normal = direction(t, "normal");
   t.read("velocity", b.velocity, Dimension::velocity);
   if (b.velocity.norm() > 1e6)
     t.fail("velocity", fmt::format("{:g} m/s is beyond any impact; a bare number is in m/s", b.velocity.norm()));
   t.read("spin", b.spin, Dimension::angular_velocity);
+  const double rim = b.spin.stableNorm() * 0.5 * largest_extent(b);
+  if (rim > 1e6) t.fail("spin", fmt::format("moves the body's surface at {:g} m/s, beyond any impact; a bare number is in rad/s", rim));
   b.material = t.text("material");
   if (!materials.has(b.material)) {
     const std::string hint = toml_reader::did_you_mean(b.material, materials.names());
@@ -339,8 +361,9 @@ Dimension dimension_of(const std::string& key) {
     const char* part;
     Dimension dimension;
   };
-  static constexpr std::array<Ending, 12> endings{{{"angle", Dimension::angle}, {"velocity", Dimension::velocity},
+  static constexpr std::array<Ending, 15> endings{{{"angle", Dimension::angle}, {"velocity", Dimension::velocity},
       {"pressure", Dimension::pressure}, {"fraction", Dimension::none}, {"impulse", Dimension::momentum},
+      {"momentum", Dimension::momentum}, {"mass", Dimension::mass}, {"count", Dimension::none},
       {"diameter", Dimension::length}, {"depth", Dimension::length}, {"length", Dimension::length},
       {"width", Dimension::length}, {"bulge", Dimension::length}, {"height", Dimension::length},
       {"perforated", Dimension::none}}};
@@ -351,7 +374,10 @@ Dimension dimension_of(const std::string& key) {
 }
 
 double reference_value(const Node& node, const std::string& path, const std::string& key) {
-  if (node.kind == Node::Kind::boolean) return node.boolean ? 1 : 0;
+  const bool truth = key.ends_with("perforated");
+  if (truth != (node.kind == Node::Kind::boolean))
+    toml_reader::fail(node.where, path, fmt::format("{}; must be {}", toml_reader::shown(node), truth ? "true or false" : "a number"));
+  if (truth) return node.boolean ? 1 : 0;
   return toml_reader::to_number(node, path, dimension_of(key), any_number);
 }
 
@@ -359,7 +385,7 @@ void read_reference(const Node& root, Case& c) {
   const Node* node = root.find("reference");
   if (!node) return;
   if (!node->is_table()) toml_reader::fail(node->where, "reference", "must be a table");
-  std::vector<std::string> owners{"cloud"};
+  std::vector<std::string> owners{"cloud", "ejecta", "fragments"};
   for (const BodySpec& b : c.bodies) owners.push_back(b.name);
   for (const auto& [key, child] : node->children) {
     const std::string path = "reference." + toml_reader::as_key(key);

@@ -41,6 +41,7 @@ std::string sleep(double speed) {
 
 std::string run(const Case& c) {
   std::string t = "\n[run]\n" + line("mode", toml_string(to_string(c.mode))) + line("end", c.end);
+  if (c.mesh_end > 0) t += line("mesh_end", c.mesh_end);
   t += c.fidelity == "custom" ? line("elements_across", std::to_string(c.elements_across))
                               : line("fidelity", toml_string(c.fidelity));
   t += line("symmetry", symmetry(c)) + line("sleep", sleep(c.sleep)) + line("cfl", c.cfl);
@@ -94,8 +95,8 @@ std::string reference(const Case& c) {
   if (c.reference.empty()) return "";
   std::string t = "\n[reference]\n";
   for (const auto& [key, r] : c.reference)
-    t += fmt::format("{} = {{ value = {}, source = {} }}\n", toml_string(key), exact_decimal(r.value),
-                     toml_string(r.source));
+    t += fmt::format("{} = {{ value = {}, source = {} }}\n", toml_string(key),
+                     key.ends_with("perforated") ? (r.value != 0 ? "true" : "false") : exact_decimal(r.value), toml_string(r.source));
   return t;
 }
 

@@ -231,7 +231,28 @@ Node parse_text(const std::string& text, const std::string& name) {
 
 Node parse_file(const std::string& path) { return parse_text(read_whole(path), path); }
 
+/// RFC 3629, which TOML and JSON ask for.
+static bool is_utf8(std::string_view text) {
+  for (std::size_t k = 0; k < text.size();) {
+    const auto byte = [&](std::size_t at) { return at < text.size() ? static_cast<unsigned char>(text[at]) : 0u; };
+    const unsigned first = byte(k);
+    const std::size_t more = first < 0x80 ? 0 : first >= 0xC2 && first < 0xE0 ? 1 : (first & 0xF0) == 0xE0 ? 2 : first >= 0xF0 && first < 0xF5 ? 3 : 4;
+    if (more == 4) return false;
+    for (std::size_t n = 1; n <= more; ++n)
+      if ((byte(k + n) & 0xC0) != 0x80) return false;
+    const unsigned second = byte(k + 1);
+    if ((first == 0xE0 && second < 0xA0) || (first == 0xED && second > 0x9F) || (first == 0xF0 && second < 0x90) || (first == 0xF4 && second > 0x8F)) return false;
+    k += more + 1;
+  }
+  return true;
+}
+
+void check_utf8(const std::string& text, const std::string& where, const std::string& key) {
+  if (!is_utf8(text)) fail(where, key, "holds bytes that are no UTF-8, and case.toml and summary.json could not");
+}
+
 Node parse_value(const std::string& text, const std::string& where) {
+  check_utf8(text, where, "");
   try {
     const toml::table table = toml::parse("value = " + text + "\n");
     if (table.size() == 1) return Converter(where, false).convert(*table.get("value"), 0);
@@ -312,8 +333,8 @@ std::string did_you_mean(std::string_view name, const std::vector<std::string>& 
 std::string join(const std::vector<std::string>& names) { return fmt::format("{}", fmt::join(names, ", ")); }
 
 void fail(const std::string& where, const std::string& key, const std::string& problem) {
-  // an override names its key already
-  const bool needs_key = !key.empty() && !where.starts_with("--");
+  // an override often names its key already
+  const bool needs_key = !key.empty() && !where.starts_with("--mode") && !(where.starts_with("--set ") && where.ends_with(key));
   throw core::CaseError(needs_key ? fmt::format("{}: {}: {}", where, key, problem) : fmt::format("{}: {}", where, problem));
 }
 

@@ -46,6 +46,9 @@ Node parse_text(const std::string& text, const std::string& name);
 /// A part of the key that contains dots is put in double quotes.
 void apply_override(Node& root, const std::string& assignment);
 
+/// Throws CaseError where the text is no UTF-8.
+void check_utf8(const std::string& text, const std::string& where, const std::string& key);
+
 /// The scalar value or array that a text on the command line stands for: TOML where it is, a string where it is not.
 Node parse_value(const std::string& text, const std::string& where);
 

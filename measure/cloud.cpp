@@ -129,18 +129,22 @@ class Cloud {
 
   void phases() {
     double all = 0, melted = 0, vapour = 0, projectile = 0, projectile_melted = 0;
+    bool melts = true, boils = true, projectile_melts = true;  // where the energies of it are known
     for (const std::uint32_t row : rows_) {
       const BodyScene& body = scene_.bodies[whole_.matter.body[row]];
       const double e = whole_.matter.e[row], melt = m(row) * progress(e, body.e_melt, body.e_melted);
       all += m(row);
       melted += melt;
+      melts = melts && body.e_melt < 1e300, boils = boils && body.e_vapour < 1e300;
       vapour += m(row) * progress(e, body.e_vapour, body.e_vaporised);
       if (!body.is_projectile) continue;
       projectile += m(row);
       projectile_melted += melt;
+      projectile_melts = projectile_melts && body.e_melt < 1e300;
     }
-    if (all > 0) put("melt_fraction", melted / all, ""), put("vapour_fraction", vapour / all, "");
-    if (projectile > 0) put("projectile_melt_fraction", projectile_melted / projectile, "");
+    if (all > 0 && melts) put("melt_fraction", melted / all, "");
+    if (all > 0 && boils) put("vapour_fraction", vapour / all, "");
+    if (projectile > 0 && projectile_melts) put("projectile_melt_fraction", projectile_melted / projectile, "");
   }
 
  private:
@@ -216,10 +220,18 @@ class Underside {
 
 }  // namespace
 
+bool built_before(const Scene& scene, std::size_t plate_index, int body) {
+  const auto found = std::find(scene.plates.begin(), scene.plates.end(), body);
+  if (found != scene.plates.end()) return static_cast<std::size_t>(found - scene.plates.begin()) <= plate_index;
+  if (body == scene.projectile) return true;
+  const BodyScene& plate = scene.bodies[scene.plates[plate_index]];
+  const double side = plate.normal.dot(scene.impact_velocity) > 0 ? -1 : 1;
+  return side * plate.normal.dot(scene.bodies[body].center - plate.center) > 0;
+}
+
 std::vector<std::uint32_t> cloud_rows(const Whole& whole, const Scene& scene, std::size_t plate_index) {
   const int plate = scene.plates[plate_index];
   const PlateFrame frame = plate_frame(scene, plate);
-  const auto later = scene.plates.begin() + static_cast<std::ptrdiff_t>(plate_index) + 1;
   std::optional<Underside> underside;  // only where debris may lie in a dish
   const auto lies_in_dish = [&](std::uint32_t row, const Vec3& x) {
     if ((whole.matter.v[row] - whole.rims[plate].velocity).norm() > loose_speed * whole.impact_speed) return false;
@@ -232,7 +244,7 @@ std::vector<std::uint32_t> cloud_rows(const Whole& whole, const Scene& scene, st
     const Vec3 x = frame.local(whole.matter.x[row]);
     if (x.z() >= -frame.half.z()) continue;
     const int body = whole.matter.body[row];
-    if (std::find(later, scene.plates.end(), body) != scene.plates.end()) continue;
+    if (!built_before(scene, plate_index, body)) continue;
     if (body != plate && (!came_through(frame, x, frame.axes * whole.matter.v[row]) || lies_in_dish(row, x))) continue;
     rows.push_back(row);
   }

@@ -28,10 +28,12 @@ double bulge(const Plate& plate);
 
 void measure_hole(const Whole& whole, const Plate& plate, Result& result);
 void measure_crater(const Plate& plate, Result& result);
-void measure_wall(const Whole& whole, const Scene& scene, const Plate& plate, Result& result);
+void measure_wall(const Whole& whole, const Plate& plate, Result& result);
+/// Of any plate, whether its rim is still there or not.
+void measure_impulse(const Scene& scene, int body, Result& result);
 void measure_bar(const Whole& whole, const Scene& scene, int body, Result& result);
 
-/// Rows of debris that passed the plate scene.plates[plate_index] and fly on, without that of later plates.
+/// Rows of debris that passed the plate scene.plates[plate_index] and fly on, without that of bodies built behind it.
 std::vector<std::uint32_t> cloud_rows(const Whole& whole, const Scene& scene, std::size_t plate_index);
 void measure_cloud_behind(const Whole& whole, const Scene& scene, std::size_t plate_index, Result& result);
 void measure_debris_behind(const Whole& whole, const Scene& scene, std::size_t plate_index, Result& result);

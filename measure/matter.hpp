@@ -71,6 +71,7 @@ struct BodyScene {
   bool is_plate = false;            ///< plate or box at rest that something flies towards
   bool is_projectile = false;       ///< the body that moves
   core::Vec3 center{0, 0, 0}, normal{0, 0, 1};  ///< as built [m]; the front face is at center + normal * thickness / 2
+  core::Vec3 velocity{0, 0, 0};     ///< that it began with [m/s]
   double thickness = 0;             ///< [m]
   core::Vec3 bar_axis{0, 0, 0};     ///< away from the wall, of a cylinder that strikes a rigid one end on; zero of others
   core::Vec3 extent{0, 0, 0};       ///< full edges in the body's own axes [m]
@@ -117,6 +118,10 @@ struct Result {
   std::vector<Value> values;
   std::vector<Fragment> fragments;  ///< largest first
 };
+
+/// Can the debris behind the plate scene.plates[plate_index] hold matter of this body? Not of later plates, nor of anything else
+/// that stood behind it.
+bool built_before(const Scene& scene, std::size_t plate_index, int body);
 
 /// Every measurement that the scene allows. Keys and definitions: docs/measurements.md.
 Result measure(Matter matter, const Scene& scene);

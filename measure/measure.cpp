@@ -19,9 +19,10 @@ void measure_pressure(const Scene& scene, Result& result) {
 }
 
 void measure_plate(const Whole& whole, const Scene& scene, int body, Result& result) {
+  measure_impulse(scene, body, result);
   if (!whole.rims[body].exists) return;
   const Plate plate = make_plate(whole, scene, body);
-  measure_wall(whole, scene, plate, result);
+  measure_wall(whole, plate, result);
   measure_hole(whole, plate, result);
   measure_crater(plate, result);
 }

@@ -44,13 +44,16 @@ Plate make_plate(const Whole& whole, const Scene& scene, int body) {
   return plate;
 }
 
-void measure_wall(const Whole& whole, const Scene& scene, const Plate& plate, Result& result) {
+void measure_wall(const Whole& whole, const Plate& plate, Result& result) {
   add(result, plate.name + ".perforated", plate.opening.through ? 1 : 0, "bool");
   add(result, plate.name + ".bulge", bulge(plate), "m");
   add(result, plate.name + ".detached_mass", detached_mass(whole, plate), "kg");
   add(result, plate.name + ".rim_displacement", whole.rims[plate.body].displacement, "m");
-  const core::Vec3 normal = plate.frame.axes.row(2).transpose();
-  add(result, plate.name + ".impulse", std::abs(normal.dot(scene.bodies[plate.body].impulse)), "N s");
+}
+
+void measure_impulse(const Scene& scene, int body, Result& result) {
+  const BodyScene& b = scene.bodies[body];
+  add(result, b.name + ".impulse", std::abs(b.normal.normalized().dot(b.impulse)), "N s");
 }
 
 }  // namespace measure

@@ -8,6 +8,8 @@
 #include <limits>
 #include <utility>
 
+#include "core/orientation.hpp"
+
 namespace measure {
 namespace {
 
@@ -42,15 +44,16 @@ double reach(const Matter& m, const PlateFrame& frame, std::size_t row) {
   return r;
 }
 
-/// Rows of a plate that touch its edge and stayed in its slab; where there are none, those that reach farthest.
-std::vector<std::uint32_t> rim_rows(const Whole& whole, const PlateFrame& frame, int body) {
+/// Rows of a plate that touch its edge, stayed in its slab and fly on with it at the velocity that it began with; where there are
+/// none, those that reach farthest.
+std::vector<std::uint32_t> rim_rows(const Whole& whole, const PlateFrame& frame, int body, const Vec3& velocity) {
   const Matter& m = whole.matter;
   std::vector<std::uint32_t> candidates;
   std::vector<double> reaches;
   double farthest = 0;
   for (std::size_t row = 0; row < whole.size(); ++row) {
     if (m.body[row] != body || std::abs(frame.local(m.x[row]).z()) > frame.thickness) continue;
-    if (whole.impact_speed > 0 && m.v[row].norm() > loose_speed * whole.impact_speed) continue;
+    if (whole.impact_speed > 0 && (m.v[row] - velocity).norm() > loose_speed * whole.impact_speed) continue;
     const double r = reach(m, frame, row);
     candidates.push_back(static_cast<std::uint32_t>(row));
     reaches.push_back(r);
@@ -63,7 +66,7 @@ std::vector<std::uint32_t> rim_rows(const Whole& whole, const PlateFrame& frame,
   return rim;
 }
 
-Rim rim_motion(const Matter& m, const PlateFrame& frame, std::span<const std::uint32_t> rows) {
+Rim rim_motion(const Matter& m, const PlateFrame& frame, std::span<const std::uint32_t> rows, const Vec3& flown) {
   Rim rim;
   double mass = 0, moment = 0;
   Vec3 momentum = Vec3::Zero();
@@ -71,7 +74,7 @@ Rim rim_motion(const Matter& m, const PlateFrame& frame, std::span<const std::ui
     mass += m.m[row];
     momentum += m.m[row] * m.v[row];
     // where it was built is not always about the middle: of a graded plate's particles the large ones reach the edge first
-    moment += m.m[row] * (frame.local(m.x[row]).z() - (m.built.empty() ? 0 : frame.local(m.built[row]).z()));
+    moment += m.m[row] * (frame.local(m.x[row]).z() - (m.built.empty() ? 0 : frame.local(m.built[row] + flown).z()));
   }
   rim.exists = mass > 0;
   if (rim.exists) rim.velocity = momentum / mass, rim.displacement = moment / mass;
@@ -108,8 +111,8 @@ void find_members(const Scene& scene, Whole& whole) {
   std::vector<std::uint32_t> rim;
   for (const int body : whole.plates) {
     const PlateFrame frame = plate_frame(scene, body);
-    const std::vector<std::uint32_t> rows = rim_rows(whole, frame, body);
-    whole.rims[body] = rim_motion(m, frame, rows);
+    const std::vector<std::uint32_t> rows = rim_rows(whole, frame, body, scene.bodies[body].velocity);
+    whole.rims[body] = rim_motion(m, frame, rows, scene.time * scene.bodies[body].velocity);
     rim.insert(rim.end(), rows.begin(), rows.end());
   }
   std::vector<char> own(whole.size(), 0), unfailed(whole.size(), 0), slow(whole.size(), 0), loose(whole.size(), 0);
@@ -150,10 +153,10 @@ void find_origins(const Scene& scene, Matter& m) {
 PlateFrame plate_frame(const Scene& scene, int body) {
   const BodyScene& b = scene.bodies[body];
   PlateFrame f;
-  const Vec3 normal = b.normal.normalized();
-  f.axes = Eigen::Quaterniond::FromTwoVectors(normal, Vec3::UnitZ()).toRotationMatrix();
-  if (normal.dot(scene.impact_velocity) > 0) f.axes.row(1) *= -1, f.axes.row(2) *= -1;  // struck from the other side
-  f.origin = b.center;
+  const Vec3 normal = b.normal.normalized(), front = normal.dot(scene.impact_velocity) > 0 ? Vec3(-normal) : normal;
+  f.axes = core::orientation(core::upright(normal)).transpose();
+  if (f.axes.row(2).dot(front) < 0) f.axes.row(1) *= -1, f.axes.row(2) *= -1;
+  f.origin = b.center + scene.time * b.velocity;
   f.thickness = b.thickness;
   f.half = 0.5 * Vec3(b.extent.x(), b.extent.y(), b.thickness);
   const double least = std::max(1e-300, 1e-6 * b.thickness);

@@ -44,7 +44,7 @@ std::vector<Bond> all_bonds(const Matter& matter, const Scene& scene, double spe
 /// Spacing of a row that decides about bonds: cbrt(m / max(rho, rho_0 / 2)) [m].
 double bond_spacing(const Matter& matter, const Scene& scene, std::size_t row);
 
-/// A plate's own frame: origin at the middle as built, third axis its normal, towards where the projectile comes from.
+/// A plate's own frame: origin at the middle as built, or where it would have flown by now, third axis its normal, towards where the projectile comes from.
 struct PlateFrame {
   core::Vec3 origin;
   core::Mat3 axes;           ///< rows are the axes

@@ -151,6 +151,46 @@ class Messages(Folder):
         text = CASE.replace('"0.52 mm"]', '"0.42 mm"]')
         self.refused("run", "case.toml", "--out", self.out, text=text, says=["projectile", "bumper", "overlap", "case.toml"])
 
+    def test_a_body_behind_a_wall(self):
+        wall = '[[wall]]\npoint = [0, 0, "{}"]\nnormal = [0, 0, {}]\n'
+        for height, normal, depth in [("-1 mm", -1, "2.02"), ("0.5 mm", 1, "0.48")]:
+            self.refused("run", "case.toml", "--out", self.out, text=CASE + wall.format(height, normal),
+                         says=["wall.0", '"projectile"', depth + " mm behind"])
+
+    def test_a_mesh_in_a_plate(self):
+        corners = [(x, y, z) for z in (0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))]
+        self.write("cube.k", "*KEYWORD\n*NODE\n" + "".join(f"{k + 1},{x * 1e-3},{y * 1e-3},{z * 1e-3}\n" for k, (x, y, z) in enumerate(corners)) +
+                   "*ELEMENT_SOLID\n1,1,1,2,3,4,5,6,7,8\n*END\n")
+        text = CASE.replace('shape = "sphere"\ndiameter = "1 mm"', 'shape = "mesh"\nfile = "cube.k"')
+        deep = text.replace('"0.52 mm"]\nvelocity', '"-0.2 mm"]\nvelocity')
+        self.assertEqual(deep.count('"-0.2 mm"'), 1)
+        self.refused("run", "case.toml", "--out", self.out, text=deep, says=["overlap", '"projectile"', '"bumper"'])
+        self.write("case.toml", text)
+        self.assertEqual(self.ejecta("check", "case.toml", "--no-cost").returncode, 0)
+
+    def test_names_that_results_cannot_hold(self):
+        for name in ("a|b", "a,b", "fragments"):
+            self.run_with('name = "bumper"', f'name = "{name}"', [name])
+
+    def test_no_utf8(self):
+        r = subprocess.run([PROGRAM.encode(), b"check", b"case.toml", b"--set", b"title=\xff\xfe"], cwd=self.dir, capture_output=True)
+        self.assertEqual(r.returncode, 2)
+        self.assertIn(b"UTF-8", r.stderr)
+
+    def test_references(self):
+        for line, says in [('"bumper.perforated" = 7', "true or false"), ('"cloud.mass" = "5 mm"', "a mass is needed")]:
+            self.refused("run", "case.toml", "--out", self.out, text=CASE + f"[reference]\n{line}\n", says=["case.toml:23", says])
+        self.write("case.toml", CASE + '[reference]\n"fragments.count" = 5\n"bumper.hole_diametr" = "2 mm"\n')
+        r = self.ejecta("run", "case.toml", "--out", self.out)
+        self.assertEqual(r.returncode, 0, r.stderr)
+        warnings = self.summary(self.out)["warnings"]
+        self.assertEqual(len(warnings), 1, warnings)
+        self.assertIn("bumper.hole_diametr", warnings[0])
+
+    def test_sizes_without_end(self):
+        for override in ("body.projectile.element_size=1e-11", 'body.bumper.size=["1e6 m", "1e6 m"]'):
+            self.refused("run", "case.toml", "--out", self.out, "--set", override, says=["elements in a line"])
+
     def test_more_than_the_machine_has(self):
         text = CASE.replace("elements_across = 6", "elements_across = 3000")
         said = self.refused("run", "case.toml", "--out", self.out, text=text, says=["elements_across", "3000"])
@@ -278,6 +318,91 @@ class Output(Folder):
         with open(os.path.join(self.out, "history.csv")) as f:
             times = [float(row["time_s"]) for row in csv.DictReader(f)]
         self.assertEqual(times, sorted(set(times)), "a step stands twice")
+
+    def test_a_later_end_with_a_plate_that_was_out_of_reach(self):
+        """It keeps the mesh that it has, and says that the plate's is coarse."""
+        text = CASE + """[[body]]
+name = "wall"
+shape = "plate"
+size = ["6 mm", "6 mm"]
+thickness = "0.3 mm"
+center = ["0 mm", "0 mm", "-8 mm"]
+material = "Al2024-T351"
+"""
+        self.write("case.toml", text)
+        self.assertEqual(self.ejecta("run", "case.toml", "--out", self.out).returncode, 0)
+        case = os.path.join(self.out, "case.toml")
+        with open(case) as f:
+            resolved = f.read()
+        self.assertIn("\nend = 4e-07\n", resolved)
+        with open(case, "w") as f:
+            f.write(resolved.replace("\nend = 4e-07\n", "\nend = 2e-06\n"))
+        before = self.summary(self.out)["measurements"]["wall.rim_displacement"]
+        self.assertEqual(self.ejecta("measure", self.out).returncode, 0)
+        self.assertEqual(self.summary(self.out)["measurements"]["wall.rim_displacement"], before)
+        r = self.ejecta("resume", self.out)
+        self.assertEqual(r.returncode, 0, r.stderr)
+        self.assertAlmostEqual(self.summary(self.out)["time"], 2e-6, delta=1e-15)
+        self.assertTrue(any('"wall" has the coarse mesh' in w for w in self.summary(self.out)["warnings"]))
+
+    def test_two_runs_into_one_folder(self):
+        slow = ["run", "case.toml", "--out", self.out, "--threads", "1", "--set", "run.elements_across=16", "--set", "run.end=20us"]
+        first = subprocess.Popen([PROGRAM, *slow], cwd=self.dir, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        self.addCleanup(first.communicate)
+        self.addCleanup(first.kill)
+        while not os.path.exists(os.path.join(self.out, "history.csv")):
+            self.assertIsNone(first.poll())
+            time.sleep(0.02)
+        r = self.ejecta(*slow, "--force")
+        self.assertEqual(r.returncode, 2)
+        self.assertIn("another run", r.stderr)
+        first.send_signal(signal.SIGHUP)  # the terminal was closed: like Ctrl-C
+        self.assertEqual(first.wait(60), 130)
+        self.assertTrue(os.path.exists(os.path.join(self.out, "checkpoint.h5")))
+
+    def test_without_a_screen(self):
+        """Neither a closed screen nor one that goes away gets into the results or ends the run."""
+        for how in ("{} run case.toml --out closed >&- 2>&-", "{} run case.toml --out gone | head -n 1"):
+            subprocess.run(how.format(PROGRAM), shell=True, cwd=self.dir, capture_output=True, timeout=100)
+        for name in ("closed", "gone"):
+            self.assertTrue(self.summary(os.path.join(self.dir, name))["completed"])
+            with open(os.path.join(self.dir, name, "history.csv")) as f:
+                self.assertNotIn("gone", f.read())
+
+    def test_the_default_folder(self):
+        os.makedirs(os.path.join(self.dir, "plate_0.8mm"))
+        self.write("plate_0.8mm/case.toml", CASE.replace("0.4 us", "0.02 us"))
+        self.assertEqual(self.ejecta("run", "plate_0.8mm/").returncode, 0)
+        self.assertEqual(os.listdir(os.path.join(self.dir, "runs")), ["plate_0.8mm-hybrid"])
+
+    def test_a_case_is_not_overwritten_by_its_run(self):
+        self.assertEqual(self.ejecta("run", ".", "--out", ".", "--force").returncode, 2)
+        with open(self.case) as f:
+            self.assertEqual(f.read(), CASE)
+
+    def test_a_case_that_was_changed_is_resumed_where_it_can_be(self):
+        self.assertEqual(self.ejecta("run", "case.toml", "--out", self.out, "--set", "convert.criterion=deformation").returncode, 0)
+        case = os.path.join(self.out, "case.toml")
+        with open(case) as f:
+            resolved = f.read()
+        resolved = resolved.replace("\nend = 4e-07\n", "\nend = 6e-07\n")
+        for old, new, code in [('hourglass = "viscous"', 'hourglass = "stiffness"', 2), ('["deformation"]', '["jacobian"]', 0)]:
+            self.assertIn(old, resolved)
+            with open(case, "w") as f:
+                f.write(resolved.replace(old, new))
+            r = self.ejecta("resume", self.out)
+            self.assertEqual(r.returncode, code, r.stderr)
+            if code:
+                self.assertIn("run.hourglass", r.stderr)
+
+    def test_a_summary_that_is_none(self):
+        self.assertEqual(self.ejecta("run", "case.toml", "--out", self.out).returncode, 0)
+        for text in ("[]", "5", ""):
+            with open(os.path.join(self.out, "summary.json"), "w") as f:
+                f.write(text)
+            r = self.ejecta("measure", self.out)
+            self.assertEqual(r.returncode, 2, r.stderr)
+            self.assertIn("ejecta resume", r.stderr)
 
     def test_state_of_another_mesh(self):
         self.assertEqual(self.ejecta("run", "case.toml", "--out", self.out).returncode, 0)

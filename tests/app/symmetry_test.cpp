@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "app/snapshot.hpp"
+#include "core/error.hpp"
 #include "tests/app/small_case.hpp"
 
 namespace {
@@ -53,6 +54,48 @@ TEST(Symmetry, BeforeChaosAQuarterIsTheWhole) {
   // No round-off: contact's sweeps stop within a part of the margin, and go through the pairs in another order.
   EXPECT_NEAR(half.kinetic, whole.kinetic, 1e-3 * whole.kinetic);
   EXPECT_NEAR(quarter.kinetic, whole.kinetic, 1e-3 * whole.kinetic);
+}
+
+TEST(Symmetry, APlaneThatCutsAPlateAskewIsRefused) {
+  for (const char* normal : {"body.1.normal=[1, 1, 0]", "body.1.normal=[1, 2, 0]"})
+    EXPECT_THROW(small_case::begin({normal, "body.1.center=[\"-5 mm\", \"-5 mm\", 0]", "body.0.center=[0, 0, 0]", "body.0.velocity=[-6000, -6000, 0]",
+                                    "run.symmetry=[\"z\"]"}), core::CaseError) << normal;
+}
+
+TEST(Clouds, AreTakenBeforeTheNextPlateInEveryMode) {
+  // particles of the wall itself, and of what stands behind it, are no cloud that comes near it
+  const std::string text = std::string(small_case::text) + R"([[body]]
+name = "wall"
+shape = "plate"
+size = ["4 mm", "4 mm"]
+thickness = "0.3 mm"
+center = ["0 mm", "0 mm", "-3 mm"]
+material = "Al2024-T351"
+[[body]]
+name = "last"
+shape = "plate"
+size = ["4 mm", "4 mm"]
+thickness = "0.3 mm"
+center = ["0 mm", "0 mm", "-6 mm"]
+material = "Al2024-T351"
+)";
+  for (const char* mode : {"hybrid", "sph"}) {
+    auto s = small_case::begin({std::string("run.mode=\"") + mode + "\"", "run.elements_across=6", "run.sleep=\"off\""}, text.c_str());
+    while (s->time < 1.2e-6) {
+      app::choose_step(*s, 1.2e-6);
+      app::step(*s);
+      if (s->steps % 10 == 0) app::freeze_clouds(*s);
+    }
+    double mass = 0, front = 0;
+    for (const auto& v : app::measure_snapshot(app::take_snapshot(*s), app::scene_now(*s), s->frozen).values) {
+      if (v.key == "cloud.mass") mass = v.value;
+      if (v.key == "cloud.axial_velocity_front") front = v.value;
+    }
+    const double sphere = 2785 * 3.14159265 / 6 * 1e-9;
+    EXPECT_GT(mass, 0.5 * sphere) << mode;
+    EXPECT_GT(front, 4500) << mode;
+    EXPECT_LT(front, 7500) << mode;
+  }
 }
 
 TEST(Symmetry, QuarterHalfAndWholeAgree) {

@@ -80,10 +80,41 @@ TEST(Cloud, MeltFractionIsLinearInEnergy) {
   s.bodies[1].e_melt = 0.5e5, s.bodies[1].e_melted = 1.5e5;
   s.bodies[0].e_melt = 2e5, s.bodies[0].e_melted = 6e5;
   s.bodies[0].e_vapour = 2.5e5, s.bodies[0].e_vaporised = 3.5e5;
+  s.bodies[1].e_vapour = 2.5e5, s.bodies[1].e_vaporised = 3.5e5;
   const measure::Result r = measure::measure(m, s);
   EXPECT_NEAR(get(r, "cloud.melt_fraction"), (0 + 0.5 + 1 + 0.25) / 4, 1e-12);
   EXPECT_NEAR(get(r, "cloud.projectile_melt_fraction"), 0.25, 1e-12);
   EXPECT_NEAR(get(r, "cloud.vapour_fraction"), 0.125, 1e-12);
+}
+
+TEST(Cloud, WhatMeltsAtNoKnownEnergyHasNoMeltFraction) {
+  measure::Matter m;
+  add_particle(m, {0, 0, -9 * mm}, {0, 0, -5000}, 0.2 * mm, 0);
+  add_particle(m, {0, mm, -9 * mm}, {0, 0, -5000}, 0.2 * mm, 1);
+  measure::Scene s = scene_at();
+  add_plate(s, "bumper", 20 * mm, 0.8 * mm);
+  s.bodies[0].e_melt = 2e5, s.bodies[0].e_melted = 6e5;
+  const measure::Result r = measure::measure(m, s);
+  EXPECT_TRUE(find(r, "cloud.mass").has_value());
+  EXPECT_FALSE(find(r, "cloud.melt_fraction").has_value());
+  EXPECT_FALSE(find(r, "cloud.vapour_fraction").has_value());
+  EXPECT_TRUE(find(r, "cloud.projectile_melt_fraction").has_value());
+}
+
+TEST(Cloud, WhatStoodBehindThePlateIsNoneOfIt) {
+  measure::Matter m;
+  measure::Scene s = scene_at();
+  add_block(m, plate(20 * mm, mm, 20, 2));
+  add_plate(s, "bumper", 20 * mm, mm);
+  for (const double z : {-30 * mm, 30 * mm}) {  // bodies 2 and 3, no plates
+    measure::BodyScene rod;
+    rod.name = z < 0 ? "behind" : "before";
+    rod.center = Vec3(0, 0, z);
+    s.bodies.push_back(rod);
+  }
+  for (const int body : {0, 1, 2, 3}) add_particle(m, {0, 0, -9 * mm}, {0, 0, -5000}, (0.1 + 0.1 * body) * mm, body);
+  const double mass = rho_0 * 1e-12 * (1 + 8 + 64);  // edges of 0.1, 0.2 and 0.4 mm; 0.3 mm stood behind
+  EXPECT_NEAR(get(measure::measure(m, s), "cloud.mass"), mass, 1e-12 * mass);
 }
 
 TEST(Cloud, MassBehindThreePlatesAt45Degrees) {

@@ -56,6 +56,46 @@ TEST(Hole, TiltedAndShiftedPlate) {
   EXPECT_NEAR(get(measured(m, center, -normal), "bumper.hole_diameter"), 7.8 * mm, 7.8 * mm * 4e-4);
 }
 
+TEST(Hole, NearTheEndOfAnOblongPlateWhicheverWayItFaces) {
+  // own x and y lie along y and z where the normal is along x, along z and x where it is along y, as meshes are built (core/orientation.hpp)
+  const double length = 60 * mm, across = 16 * mm;
+  for (const Vec3& normal : {Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, 1), Vec3(-1, 0, 0), Vec3(0.5, 0.2, 1), Vec3(-0.5, -0.2, -1)}) {
+    const Vec3 up = normal.sum() < 0 ? Vec3(-normal) : normal;
+    core::Mat3 axes = turn(up);
+    if (up[0] == 1) axes << 0, 0, 1, 1, 0, 0, 0, 1, 0;
+    if (up[1] == 1) axes << 0, 1, 0, 0, 0, 1, 1, 0, 0;
+    measure::Matter m;
+    Block b;
+    b.n[0] = 300, b.n[1] = 80, b.n[2] = 2;
+    b.low = Vec3(-length, -across, -thickness) / 2, b.high = -b.low;
+    b.body = 1;
+    b.keep = [](const Vec3& x) { return std::hypot(x.x() - 18 * mm, x.y()) > 3.9 * mm; };
+    b.place = [&](const Vec3& x) { return Vec3(axes * x); };
+    add_block(m, b);
+    measure::Scene s = scene_at(-impact_speed * normal.normalized());
+    add_plate(s, "bumper", length, thickness, {0, 0, 0}, normal);
+    s.bodies[1].extent = Vec3(length, across, thickness);
+    EXPECT_NEAR(get(measure::measure(m, s), "bumper.hole_diameter"), 7.8 * mm, 0.1 * mm) << normal.transpose();
+  }
+}
+
+TEST(Hole, OfAPlateThatFliesIsThatOfOneAtRest) {
+  const Vec3 velocity(0, 50, 500);
+  measure::Matter m;
+  Block b = ring_plate(width, thickness, 3.9 * mm, 3.9 * mm, 96, 12, 3);
+  const double time = 20e-6;
+  b.place = [&](const Vec3& x) { return Vec3(x + time * velocity); };
+  b.v = velocity;
+  add_block(m, b);
+  measure::Scene s = scene_at();
+  add_plate(s, "bumper", width, thickness);
+  s.bodies[1].velocity = velocity;
+  s.time = time;
+  const measure::Result r = measure::measure(m, s);
+  EXPECT_NEAR(get(r, "bumper.hole_diameter"), 7.8 * mm, 7.8 * mm * 4e-4);
+  EXPECT_NEAR(get(r, "bumper.rim_displacement"), 0, 1e-12);
+}
+
 TEST(Hole, EllipseHasItsAxes) {
   measure::Matter m;
   add_block(m, ring_plate(width, thickness, 5 * mm, 3 * mm, 160, 12, 3));
