@@ -411,6 +411,14 @@ void check_places(const io::Case& spec) {
             spec.file, p.body->name, q.body->name, depth * 1e3, q.body->name));
     }
   for (std::size_t w = 0; w < spec.walls.size(); ++w)
+    for (std::size_t o = 0; o < w; ++o) {
+      const double cosine = std::abs(spec.walls[w].normal.normalized().dot(spec.walls[o].normal.normalized()));
+      constexpr double square = 1e-9;
+      if (cosine > square && cosine < 1 - square)
+        throw core::CaseError(fmt::format("{}: wall.{} stands at {:.4g} deg to wall.{}: images in the two would not be each other's; walls stand at right angles or are parallel",
+                                          spec.file, w, std::acos(cosine) * 180 / core::pi, o));
+    }
+  for (std::size_t w = 0; w < spec.walls.size(); ++w)
     for (const Filled& f : all) {
       const Vec3 n = spec.walls[w].normal.normalized();
       double lowest = 1e300;

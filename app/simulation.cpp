@@ -167,6 +167,7 @@ void step(Simulation& s) {
   add_pair_work(s, times);                                                               // 4  e, grad v         n+1/2
   clock.mark(Stage::pair_work);
   fem::drift_nodes(s.mesh, s.dt);                                                        // 5  x                   n+1
+  if (s.spec.keep_nodes) fem::keep_in_front(s.spec.symmetry, s.mesh);
   sph::drift_particles(s.particles, s.dt);
   clock.mark(Stage::drift);
   s.ledger.hourglass +=                                                                  // 6  stress, forces      n+1

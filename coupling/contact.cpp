@@ -250,12 +250,15 @@ static double book_lone(const Matter& a, const LoneExchange& e, Contact& c) {
   return work;
 }
 
+/// The velocity along a wall's normal that takes a point to the wall within the step, and no farther [m/s].
+static double allowed_at(const Wall& wall, const PointRef& p, double dt) { return -std::max(wall.normal.dot(*p.x - wall.point), 0.0) / dt; }
+
 /// Rigid impact zones (Provot 1997; Bridson, Fedkiw & Anderson, ACM Trans. Graph. 21 (2002) 594, section 7.5): where
 /// impulses have not parted a cluster of points and faces in most_sweeps passes (a light particle between two heavy
 /// faces), its members go on together at the velocity of their common momentum; it grows until nothing crosses.
 class ImpactZones {
  public:
-  ImpactZones(const Matter& matter, Contact& c) : a_(matter), c_(c) {}
+  ImpactZones(const Matter& matter, const std::vector<Wall>& walls, Contact& c) : a_(matter), walls_(walls), c_(c) {}
 
   /// met: pairs that still meet.
   void move(std::vector<ActivePair> met) {
@@ -296,6 +299,24 @@ class ImpactZones {
       parent_[std::max(ra, b)] = std::min(ra, b);
     }
   }
+  /// Velocity of members that would go on at v, held in front of the walls that they lie at. What that takes is booked.
+  Vec3 in_front_of_walls(const std::vector<Key>& zone, double mass, Vec3 v) {
+    for (const Wall& wall : walls_) {
+      double least = -1e300;
+      Vec3 moment = Vec3::Zero();
+      for (const Key k : zone) {
+        const PointRef p = point_ref(a_, point(k));
+        least = std::max(least, allowed_at(wall, p, a_.dt));
+        moment += p.m * *p.x;
+      }
+      const double lacks = least - wall.normal.dot(v);
+      if (!(lacks > 0)) continue;
+      v += lacks * wall.normal;
+      c_.wall_impulse += mass * lacks * wall.normal;
+      c_.wall_angular_impulse += moment.cross(lacks * wall.normal);
+    }
+    return v;
+  }
   void move_together() {
     std::map<Key, std::vector<Key>> zones;
     std::vector<Key> members;
@@ -311,7 +332,7 @@ class ImpactZones {
         mass += p.m;
         fixed |= p.fixed;
       }
-      const Vec3 v = fem::free_part(momentum / mass, fixed);
+      const Vec3 v = in_front_of_walls(zone, mass, fem::free_part(momentum / mass, fixed));
       for (const Key k : zone) {
         PointRef p = point_ref(a_, point(k));
         p.fixed = 0;  // v has no part along what is held
@@ -324,6 +345,7 @@ class ImpactZones {
   }
 
   Matter a_;
+  const std::vector<Wall>& walls_;
   Contact& c_;
   std::map<Key, Key> parent_;
   std::map<Key, LoneExchange> exchanges_;
@@ -348,7 +370,49 @@ struct Exchanges {
   std::vector<LoneExchange> walls;
 };
 
-static void resolve_faces(const Matter& a, const ContactSettings& settings, Contact& c, Exchanges& x) {
+/// Stops those of the points that would pass a wall during the step, with Coulomb friction along it. Returns how many.
+template <class Point>
+static std::size_t stop_at_walls(const Matter& a, const std::vector<Wall>& walls, double friction, std::size_t n_points, Point&& point,
+                                 std::vector<LoneExchange>& exchanges) {
+  std::size_t met = 0;
+  for (const Wall& wall : walls) {
+    const auto stopped = core::collect<ContactPoint>(n_points, [&](std::size_t k, auto& found) {
+      const PointRef p = point_ref(a, point(k));
+      if (p.m > 0 && wall.normal.dot(*p.v) < allowed_at(wall, p, a.dt)) found.push_back(point(k));
+    });
+    met += stopped.size();
+    for (const auto& k : stopped) {
+      const PointRef p = point_ref(a, k);
+      const Vec3 old = *p.v;
+      const double across = wall.normal.dot(old), stop = allowed_at(wall, p, a.dt) - across;
+      if (!(stop > 0)) continue;  // it is in the list twice
+      const Vec3 along = old - across * wall.normal;
+      const double speed = along.norm();
+      push(a, p, stop * wall.normal - (speed > 0 ? std::min(friction * stop / speed, 1.0) : 0.0) * along);
+      exchanges.push_back({k, p.m * (*p.v - old)});
+    }
+  }
+  return met;
+}
+
+/// The same of all points.
+static void stop_all_at_walls(const Matter& a, const std::vector<Wall>& walls, double friction, std::vector<LoneExchange>& exchanges) {
+  const std::size_t n_nodes = a.mesh.nodes.size();
+  stop_at_walls(a, walls, friction, n_nodes + a.particles.size(), [&](std::size_t k) {
+    return k < n_nodes ? ContactPoint{static_cast<std::uint32_t>(k), false} : ContactPoint{static_cast<std::uint32_t>(k - n_nodes), true};
+  }, exchanges);
+}
+
+/// The same of what contact has changed after `since`.
+static std::size_t stop_changed_at_walls(const Matter& a, const std::vector<Wall>& walls, double friction, std::uint32_t since,
+                                         std::vector<LoneExchange>& exchanges) {
+  if (walls.empty()) return 0;
+  const auto& log = a.changes.log;
+  const std::vector<ContactPoint> changed(log.begin() + (since - Changes::none), log.end());
+  return stop_at_walls(a, walls, friction, changed.size(), [&](std::size_t k) { return changed[k]; }, exchanges);
+}
+
+static void resolve_faces(const Matter& a, const std::vector<Wall>& walls, const ContactSettings& settings, Contact& c, Exchanges& x) {
   const auto near = near_pairs(a, c.lists);
   c.step = core::min_where(near.size(), [&](std::size_t k) { return approach_step(a, c.lists, near[k]); }).value;
   auto met = detect(a, near, false, c);
@@ -358,38 +422,19 @@ static void resolve_faces(const Matter& a, const ContactSettings& settings, Cont
     std::set_union(x.active.begin(), x.active.end(), met.begin(), met.end(), std::back_inserter(merged));
     x.active.swap(merged);
     const auto since = a.changes.count;
-    for (int k = 0; k < 20 && sweeps < most_sweeps; ++k, ++sweeps)
-      if (sweep(a, x.active, settings, c.lists) == 0) break;
+    for (int k = 0; k < 20 && sweeps < most_sweeps; ++k, ++sweeps) {
+      const auto before = a.changes.count;
+      const std::size_t pairs = sweep(a, x.active, settings, c.lists);
+      if (stop_changed_at_walls(a, walls, settings.friction, before, x.walls) + pairs == 0) break;
+    }
     met = detect(a, changed_pairs(a, c.lists, since), false, c);
   }
   if (x.active.empty()) return;
-  x.zones = std::make_unique<ImpactZones>(a, c);
+  x.zones = std::make_unique<ImpactZones>(a, walls, c);
   x.zones->move(std::move(met));
 }
 
-/// Stops what would pass a wall during the step.
-static void resolve_walls(const Matter& a, const std::vector<Wall>& walls, std::vector<LoneExchange>& exchanges) {
-  const std::size_t n_nodes = a.mesh.nodes.size();
-  for (const Wall& wall : walls) {
-    const auto point = [&](std::size_t k) {
-      return k < n_nodes ? ContactPoint{static_cast<std::uint32_t>(k), false}
-                         : ContactPoint{static_cast<std::uint32_t>(k - n_nodes), true};
-    };
-    const auto allowed = [&](const PointRef& p) { return -std::max(wall.normal.dot(*p.x - wall.point), 0.0) / a.dt; };
-    const auto stopped = core::collect<ContactPoint>(n_nodes + a.particles.size(), [&](std::size_t k, auto& found) {
-      const PointRef p = point_ref(a, point(k));
-      if (p.m > 0 && wall.normal.dot(*p.v) < allowed(p)) found.push_back(point(k));
-    });
-    for (const auto& k : stopped) {
-      const PointRef p = point_ref(a, k);
-      const Vec3 old = *p.v;
-      push(a, p, (allowed(p) - wall.normal.dot(old)) * wall.normal);
-      exchanges.push_back({k, p.m * (*p.v - old)});
-    }
-  }
-}
-
-static void resolve_bodies(const Matter& a, const ContactSettings& settings, double time, Contact& c, Exchanges& x) {
+static void resolve_bodies(const Matter& a, const std::vector<Wall>& walls, const ContactSettings& settings, double time, Contact& c, Exchanges& x) {
   if (!settings.enabled || a.mesh.n_alive == 0) return;
   if (time + steps_covered * a.dt < c.quiet_until && c.quiet_removed == a.mesh.n_removed) return;
   if (!keep_lists(a.mesh, a.particles, time, a.dt, c.lists)) {
@@ -404,7 +449,7 @@ static void resolve_bodies(const Matter& a, const ContactSettings& settings, dou
     make_lists(a.mesh, a.particles, times, time, a.dt, c.lists);
     ++c.searches;
   }
-  resolve_faces(a, settings, c, x);
+  resolve_faces(a, walls, settings, c, x);
 }
 
 // ------------------------------------------------------------------------------------------------ books
@@ -453,10 +498,9 @@ void resolve_contact(fem::Mesh& mesh, sph::Particles& particles, const std::vect
   c.changes.particle.assign(particles.size(), Changes::none);
   const Matter matter{mesh, particles, dt, c.changes};
   Exchanges x;
-  resolve_walls(matter, walls, x.walls);
+  stop_all_at_walls(matter, walls, settings.friction, x.walls);
   const auto start = c.changes.count;
-  resolve_bodies(matter, settings, time, c, x);
-  if (!x.active.empty()) resolve_walls(matter, walls, x.walls);  // what bodies pushed against walls
+  resolve_bodies(matter, walls, settings, time, c, x);
   book(matter, start, c, x);
 }
 

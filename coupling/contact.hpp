@@ -25,7 +25,7 @@ struct Wall {
 
 struct ContactSettings {
   bool enabled = true;
-  double friction = 0;  ///< Coulomb coefficient [-]
+  double friction = 0;  ///< Coulomb coefficient, between bodies and along rigid walls [-]
 };
 
 /// When contact last changed the velocity of a node or a particle in this step, by a count of changes.

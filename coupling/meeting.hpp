@@ -12,7 +12,8 @@
 namespace coupling {
 
 constexpr double margin_part = 2e-3;     ///< gap kept, over the square root of a face's area
-constexpr double edge_tolerance = 0.02;  ///< triangles reach this part of their size beyond their edges
+/// Triangles reach this part of their size beyond their edges: less than the gap kept, or what slides along would catch on them.
+constexpr double edge_tolerance = margin_part;
 
 /// Nodes of an exposed face, in outward order.
 using FaceNodes = std::array<std::uint32_t, 4>;

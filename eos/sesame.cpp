@@ -178,6 +178,7 @@ void prepare(Sesame& m) {
     throw core::CaseError(name + ": is at rest at " + std::to_string(rest.rho) + " kg/m3, the material at " + std::to_string(m.rho_0) +
                           " kg/m3; they may differ by " + std::to_string(100 * max_density_scaling) + " % at most");
   m.e_ref = rest.e;
+  m.p_ref = detail::table_state(*m.table, m.rho_0 * m.scale, m.e_ref).p;
   m.c2_ref = detail::table_state(*m.table, rest.rho, rest.e).c2 * m.scale;
   if (!(m.c2_ref > 0)) throw core::CaseError(name + ": has no positive sound speed at rest");
 }

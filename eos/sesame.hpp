@@ -12,7 +12,7 @@
 // Interpolation between the file's own densities and temperatures is by monotone cubics in rho, then in h.
 //
 // Reference state: rest (e = 0) is the table's state at p = 0 and T_0 on the condensed side; where a table has p > 0 in its
-// two-phase region, p = 1e5 Pa stands for zero. Where rho_0 differs (an alloy), the table is scaled as if its atoms were
+// two-phase region, p = 1e5 Pa stands for zero. What p is there, that or round-off, is taken off everywhere: matter at rest carries nothing. Where rho_0 differs (an alloy), the table is scaled as if its atoms were
 // heavier or lighter by that ratio k = rho_ref/rho_0: rho' = k rho, e' = e/k, p' = p, c' = c/sqrt(k), so shock impedance
 // follows; scaling by more than max_density_scaling is refused.
 //
@@ -61,6 +61,7 @@ struct Sesame {
   std::shared_ptr<const SesameTable> table;
   double scale = 1;        ///< k
   double e_ref = 0;        ///< e' at rest [J/kg]
+  double p_ref = 0;        ///< p' at rest, taken off [Pa]
   double c2_ref = 0;       ///< c^2 at rest [m2/s2]
 };
 
@@ -163,7 +164,8 @@ State<T> table_state(const SesameTable& t, T rho, T e) {
   const T part = rho / held;
   const T outer = core::select(thin, p * part, p + core::max(rho - held, T(0.0)) * core::max(dp_drho, T(0.0)));
   const T slope = core::select(thin, p / held, dp_drho);
-  const T heat = core::select(thin, dp_de * part, dp_de);
+  const T stiffer = core::select(dp_drho > T(0.0), (upper.slope - lower.slope) / (row.width * T(t.h_0)) * at.du_drho, T(0.0));
+  const T heat = core::select(thin, dp_de * part, dp_de + core::max(rho - held, T(0.0)) * stiffer);
   return {outer, slope + outer * heat / (rho * rho), T_lo + b * (T_hi - T_lo)};
 }
 }  // namespace detail
@@ -174,7 +176,7 @@ State<T> state(const Sesame& m, T rho, T e) {
   assert(m.table && "prepare() was not called");
   const State<T> s = detail::table_state(*m.table, rho * T(m.scale), e * T(1.0 / m.scale) + T(m.e_ref));
   constexpr double floor = min_sound_speed_ratio * min_sound_speed_ratio;
-  return {s.p, core::max(s.c2 * T(m.scale), T(floor * m.c2_ref)), core::max(s.temperature, T(0.0))};
+  return {s.p - T(m.p_ref), core::max(s.c2 * T(m.scale), T(floor * m.c2_ref)), core::max(s.temperature, T(0.0))};
 }
 
 /// Energy on the coldest isotherm [J/kg], of the condensed part where matter is thinner (eos/state.hpp).

@@ -17,6 +17,20 @@ void kick_nodes(Mesh& mesh, double dt) {
   });
 }
 
+void keep_in_front(const core::Symmetry& symmetry, Mesh& mesh) {
+  Nodes& n = mesh.nodes;
+  for (std::size_t d = 0; d < 3; ++d) {
+    if (!symmetry.plane[d]) continue;
+    const auto axis = static_cast<Eigen::Index>(d);
+    core::for_each(n.size(), [&](std::size_t nd) {
+      if (!(n.x[nd][axis] < 0) || !(n.m[nd] > 0) || (n.fixed[nd] & 1 << d)) return;
+      for (const auto el : elements_at(mesh, nd))
+        if (mesh.elements.alive[el]) return;
+      for (auto* a : {&n.x, &n.v, &n.v_mean}) (*a)[nd][axis] *= -1;
+    });
+  }
+}
+
 void drift_nodes(Mesh& mesh, double dt) {
   Nodes& n = mesh.nodes;
   for_each_node_awake(mesh, [&](std::size_t nd) {
@@ -62,6 +76,8 @@ void sleep_resting(Mesh& mesh) {
   std::fill(mesh.nodes.awake.begin(), mesh.nodes.awake.end(), 0);
   for (std::size_t b = 0; b < mesh.block_awake.size(); ++b) {
     bool moving = false;
+    for (std::size_t el = b * block_size; el < (b + 1) * block_size; ++el)
+      if (e.pt.p[el] != 0) moving = true;  // about to
     for (std::size_t el = b * block_size; el < (b + 1) * block_size; ++el)
       for (const auto nd : e.node[el]) moving = moving || !mesh.nodes.v[static_cast<std::size_t>(nd)].isZero(0);
     mesh.block_awake[b] = moving;

@@ -25,6 +25,9 @@ ElementSums update_awake_elements(Mesh& mesh, const std::vector<material::Materi
 /// Everything goes to sleep whose nodes are at rest; call at the start only.
 void sleep_resting(Mesh& mesh);
 
+/// Nodes without elements that have passed a symmetry plane change places with their images, as particles do.
+void keep_in_front(const core::Symmetry& symmetry, Mesh& mesh);
+
 /// Wakes the elements at every node that moves faster than `threshold` [m/s]. A block wakes as a whole. Bodies of which
 /// everything is asleep are looked at where contact may have struck them.
 void wake_moving(Mesh& mesh, double threshold, bool struck_bodies);

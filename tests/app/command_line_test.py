@@ -157,6 +157,10 @@ class Messages(Folder):
             self.refused("run", "case.toml", "--out", self.out, text=CASE + wall.format(height, normal),
                          says=["wall.0", '"projectile"', depth + " mm behind"])
 
+    def test_walls_that_are_not_square(self):
+        walls = "".join(f'[[wall]]\npoint = [0, 0, "-9 mm"]\nnormal = {n}\n' for n in ("[0, 0, 1]", "[1, 0, 1]"))
+        self.refused("run", "case.toml", "--out", self.out, text=CASE + walls, says=["wall.1", "wall.0", "45 deg"])
+
     def test_a_mesh_in_a_plate(self):
         corners = [(x, y, z) for z in (0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))]
         self.write("cube.k", "*KEYWORD\n*NODE\n" + "".join(f"{k + 1},{x * 1e-3},{y * 1e-3},{z * 1e-3}\n" for k, (x, y, z) in enumerate(corners)) +

@@ -255,6 +255,84 @@ TEST(Erosion, KeptNodesFlyOnAndStayInTheBooks) {
   EXPECT_GT(lone, 0u);
 }
 
+TEST(Walls, WhatAHammerDrivesOntoAnAnvilPassesNoFace) {
+  // what the wall stops pushes back through faces, and what faces stop through the wall: both give way together or not at all
+  const std::string anvil = R"toml(title = "plate on sphere on rigid wall"
+[run]
+end = "2 us"
+elements_across = 6
+[[body]]
+name = "hammer"
+shape = "plate"
+size = ["8 mm", "8 mm"]
+thickness = "1.2 mm"
+center = ["0 mm", "0 mm", "2.7 mm"]
+velocity = ["0 km/s", "0 km/s", "-3 km/s"]
+material = "Al2024-T351"
+[[body]]
+name = "ball"
+shape = "sphere"
+diameter = "2 mm"
+center = ["0 mm", "0 mm", "1.01 mm"]
+material = "Al2024-T351"
+[[wall]]
+point = [0, 0, 0]
+normal = [0, 0, 1]
+)toml";
+  for (const char* mode : {"run.mode=fem", "run.mode=erosion", "run.mode=hybrid"}) {
+    auto s = small_case::begin({mode}, anvil.c_str());
+    while (s->time < s->spec.end * (1 - 1e-12)) {
+      app::choose_step(*s, s->spec.end);
+      app::step(*s);
+    }
+    EXPECT_EQ(s->contact.leaks, 0u) << mode;
+    EXPECT_LT(std::abs(s->ledger.energy_error), 1e-9) << mode;
+    EXPECT_LT(s->ledger.momentum_error, 1e-12) << mode;
+    double lowest = 0;
+    for (std::size_t nd = 0; nd < s->mesh.nodes.size(); ++nd)
+      if (s->mesh.nodes.m[nd] > 0) lowest = std::min(lowest, s->mesh.nodes.x[nd][2]);
+    EXPECT_GT(lowest, -1e-9) << mode;
+  }
+}
+
+TEST(Erosion, KeptNodesStayInFrontOfSymmetryPlanes) {
+  auto s = small_case::begin({"run.mode=\"erosion\"", "convert.keep_nodes=true", "run.end=\"1.5 us\""});
+  ASSERT_EQ(s->spec.symmetry.copies(), 4);
+  const auto& n = s->mesh.nodes;
+  while (s->time < s->spec.end * (1 - 1e-12)) {
+    app::choose_step(*s, s->spec.end);
+    app::step(*s);
+  }
+  std::size_t lone = 0;
+  for (std::size_t nd = 0; nd < n.size(); ++nd) {
+    bool alive = !(n.m[nd] > 0);
+    for (const auto el : fem::elements_at(s->mesh, nd)) alive = alive || s->mesh.elements.alive[el];
+    if (alive) continue;
+    ++lone;
+    EXPECT_GE(n.x[nd][0], 0) << nd;
+    EXPECT_GE(n.x[nd][1], 0) << nd;
+  }
+  EXPECT_GT(lone, 100u);
+  EXPECT_LT(std::abs(s->ledger.energy_error), 1e-9);
+  EXPECT_LT(s->ledger.momentum_error, 1e-12);
+}
+
+TEST(Sleep, MatterUnderPressureDoesNotSleep) {
+  const std::string gas = R"toml(
+[materials.gas]
+rho_0 = "100 kg/m3"
+eos = { model = "polynomial", C0 = "1 MPa", C1 = "1 GPa", C4 = 0.4, C5 = 0.4, cv = "700 J/(kg K)" }
+strength = { model = "none" }
+)toml";
+  double kinetic[2];
+  for (const bool sleeps : {false, true}) {
+    auto s = small_case::begin({"body.1.material=gas", sleeps ? "run.sleep=exact" : "run.sleep=off"}, (small_case::text + gas).c_str());
+    small_case::run(*s, 40);
+    kinetic[sleeps] = s->ledger.now.kinetic;
+  }
+  EXPECT_EQ(kinetic[0], kinetic[1]);
+}
+
 TEST(OnlyWhatIsNeeded, OneBodyCostsNoContactAndNoParticles) {
   const std::string one = R"(title = "one"
 [run]

@@ -272,6 +272,35 @@ TEST(PointContact, ARigidWallIsPassedByNothing) {
   EXPECT_NEAR(k.contact.dissipated, k0 - k.kinetic(), 1e-9 * k0);
 }
 
+TEST(PointContact, FrictionAlongARigidWallIsCoulomb) {
+  for (const double mu : {0.0, 0.1, 0.3, 10.0}) {
+    Kinematic k;
+    k.add(scene::plate(1, 1, mm), 2785);
+    fem::finish(k.mesh);
+    k.settings.friction = mu;
+    k.walls.push_back({Vec3(0, 0, -5 * mm), Vec3(0, 0, 1)});
+    scene::add_particle(k.particles, 1e-9, Vec3(9, 9, -5) * mm, Vec3(300, 400, -1000), 0);
+    k.step(1e-7);
+    EXPECT_NEAR(k.particles.v[0][0], 300 * std::max(0.0, 1 - mu * 1000 / 500), 1e-9) << mu;
+    EXPECT_NEAR(k.particles.v[0][1], 400 * std::max(0.0, 1 - mu * 1000 / 500), 1e-9) << mu;
+    EXPECT_NEAR(k.contact.wall_impulse[2], 1e-6, 1e-15);
+  }
+}
+
+TEST(PointContact, WhatSlidesAlongDoesNotCatchOnEdges) {
+  // Clear of the plate by the gap that contact keeps and more: nothing touches, whichever edges lie over whichever faces.
+  for (const double clear : {2.1e-3, 5e-3, 1e-2}) {
+    Kinematic k;
+    k.add(scene::plate(8, 1, mm), 2785);
+    k.add(fem::box(rig::line(-3.3 * mm, -1.3 * mm, 2), rig::line(-1.1 * mm, 0.9 * mm, 2), rig::line(clear * mm, (2 + clear) * mm, 2)), 2785);
+    fem::finish(k.mesh);
+    k.move_body(1, [](const Vec3&) { return Vec3(1000, 30, 0); });
+    const double before = k.kinetic();
+    for (int i = 0; i < 400; ++i) k.step(1e-8);
+    EXPECT_EQ(k.kinetic(), before) << clear;
+  }
+}
+
 TEST(PointContact, AWallTakesTheNormalVelocityOnly) {
   Kinematic k;
   k.add(scene::plate(1, 1, mm), 2785);
