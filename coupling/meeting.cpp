@@ -47,9 +47,15 @@ static double time_of_gap(const Triangle& t, const Triangle& v, const Vec3& p, c
   return when;
 }
 
-/// Does p(t) come nearer than the margin to the moving triangle, from outside, within dt?
-static bool meets(const Triangle& t, const Triangle& v, const Vec3& p, const Vec3& vp, double dt, double margin,
-                  bool strict, Meeting& m, std::array<double, 2>& where) {
+/// A corner of the face, and its velocity.
+struct Corner {
+  Vec3 x, v;
+};
+
+/// Does p(t) come nearer than the margin to the moving triangle, from outside, within dt? before, after: the face's corners that
+/// go before t.a and after t.b.
+static bool meets(const Triangle& t, const Triangle& v, const Corner& before, const Corner& after, const Vec3& p, const Vec3& vp,
+                  double dt, double margin, bool strict, Meeting& m, std::array<double, 2>& where) {
   const Vec3 n0 = t.normal();
   const double area2 = n0.norm();
   if (!(area2 > 0)) return false;
@@ -66,8 +72,18 @@ static bool meets(const Triangle& t, const Triangle& v, const Vec3& p, const Vec
   const double low = strict ? 0.0 : -edge_tolerance;
   const auto inside_at = [&](double gap) {
     const double when = time_of_gap(t, v, p, vp, dt, gap, gap_0, m.gap_end, 0.1 * margin);
-    where = barycentric(moved(t, v, when), p + when * vp);
-    return where[0] >= low && where[1] >= low && where[0] + where[1] <= 1 - low;
+    const Triangle now = moved(t, v, when);
+    const Vec3 at = p + when * vp;
+    const double most = strict ? 1.0 : 1 + overhang;
+    where = barycentric(now, at);
+    if (!(where[0] >= low && where[1] >= low && where[0] + where[1] <= most)) return false;
+    // over the triangle beside this one it may lie beyond the face's edge
+    const auto over = [&](const Vec3& a, const Vec3& b) {
+      const auto w = barycentric({a, b, now.c}, at);
+      return w[0] + w[1] <= most;
+    };
+    if (where[1] < 0 && !over(before.x + when * before.v, now.a)) return false;
+    return !(where[0] < 0) || over(now.b, after.x + when * after.v);
   };
   // A point that slides along while it closes in may come over the triangle only between margin and sheet.
   if (!inside_at(m.target) && !(m.target > 0 && m.gap_end < 0 && inside_at(0.0))) return false;
@@ -91,10 +107,10 @@ Meeting meet(const fem::Nodes& n, const FaceNodes& node, const Vec3& x, const Ve
   for (const auto k : node) face = std::max(face, (n.x[k] - xc).norm() + (n.v[k] - vc).norm() * dt);
   if ((x - xc).norm() > reach + face) return best;
   for (std::size_t k = 0; k < 4; ++k) {
-    const std::size_t a = node[k], b = node[(k + 1) % 4];
+    const std::size_t a = node[k], b = node[(k + 1) % 4], before = node[(k + 3) % 4], after = node[(k + 2) % 4];
     Meeting m;
     std::array<double, 2> w;
-    if (!meets({n.x[a], n.x[b], xc}, {n.v[a], n.v[b], vc}, x, v, dt, margin, strict, m, w)) continue;
+    if (!meets({n.x[a], n.x[b], xc}, {n.v[a], n.v[b], vc}, {n.x[before], n.v[before]}, {n.x[after], n.v[after]}, x, v, dt, margin, strict, m, w)) continue;
     if (best.found && best.gap_end <= m.gap_end) continue;
     best = m;
     best.found = true;

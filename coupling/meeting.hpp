@@ -12,8 +12,9 @@
 namespace coupling {
 
 constexpr double margin_part = 2e-3;     ///< gap kept, over the square root of a face's area
-/// Triangles reach this part of their size beyond their edges: less than the gap kept, or what slides along would catch on them.
-constexpr double edge_tolerance = margin_part;
+constexpr double edge_tolerance = 0.02;  ///< a face's four triangles reach this part of their size into each other
+/// And this part beyond the face's edges: less than the gap kept, or what slides along would catch on them.
+constexpr double overhang = margin_part;
 
 /// Nodes of an exposed face, in outward order.
 using FaceNodes = std::array<std::uint32_t, 4>;
