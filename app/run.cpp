@@ -243,7 +243,7 @@ static int conclude(Simulation& s, Output& out, double wall_before) {
   const auto begin_time = std::chrono::steady_clock::now();
   std::signal(SIGINT, note_interrupt);
   std::signal(SIGTERM, note_interrupt);
-  std::signal(SIGHUP, note_interrupt);
+  if (std::signal(SIGHUP, note_interrupt) == SIG_IGN) std::signal(SIGHUP, SIG_IGN);  // started to outlive its terminal
   std::signal(SIGPIPE, SIG_IGN);  // results go to files: the run goes on without its screen
   RunInfo info;
   int code = 0;
