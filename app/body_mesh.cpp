@@ -18,14 +18,6 @@ namespace app {
 using core::Vec3;
 using io::Shape;
 
-static Vec3 extent(const io::BodySpec& b) {
-  switch (b.shape) {
-    case Shape::sphere: return Vec3::Constant(b.diameter);
-    case Shape::cylinder: return {b.diameter, b.diameter, b.length};
-    default: return b.size;
-  }
-}
-
 double smallest_extent(const io::BodySpec& b) { return extent(b).minCoeff(); }
 
 void measure_decks(io::Case& spec) {
@@ -190,11 +182,17 @@ static int elements_along(const io::Case& spec, const io::BodySpec& b, double le
   return std::max(least, static_cast<int>(std::lround(length / size)));
 }
 
-static std::vector<double> through(const io::BodySpec& b, double fine, double half, double d, bool front_is_high, bool cut) {
+/// A line of nodes that coarsens away from where a body is struck.
+static std::vector<double> graded(const io::Case& spec, const io::BodySpec& b, double low, double high, const fem::Grading& g) {
+  require_few(spec, b, std::min(2 * g.fine_half, high - low) / g.fine + (high - low) / g.coarse);
+  return fem::graded_line(low, high, g);
+}
+
+static std::vector<double> through(const io::Case& spec, const io::BodySpec& b, double fine, double half, double d, bool front_is_high, bool cut) {
   const double t = b.size[2];
   if (cut) {
     std::vector<double> z;
-    const int n = std::max(1, b.elements_through ? *b.elements_through / 2 : static_cast<int>(std::lround(0.5 * t / fine)));
+    const int n = b.elements_through ? *b.elements_through / 2 : elements_along(spec, b, 0.5 * t, fine, 1);
     for (int i = 0; i <= n; ++i) z.push_back(0.5 * t * i / n);
     return z;
   }
@@ -205,7 +203,7 @@ static std::vector<double> through(const io::BodySpec& b, double fine, double ha
     return z;
   }
   if (t <= 2 * d) {
-    const int n = std::max(2, static_cast<int>(std::lround(t / fine)));
+    const int n = elements_along(spec, b, t, fine, 2);
     std::vector<double> z;
     for (int i = 0; i <= n; ++i) z.push_back(-0.5 * t + t * i / n);
     return z;
@@ -215,7 +213,7 @@ static std::vector<double> through(const io::BodySpec& b, double fine, double ha
   g.fine_half = std::min(half, 2.5 * d);
   g.focus = front_is_high ? 0.5 * t : -0.5 * t;
   g.coarse = 12 * fine;
-  return fem::graded_line(-0.5 * t, 0.5 * t, g);
+  return graded(spec, b, -0.5 * t, 0.5 * t, g);
 }
 
 static PlateGrid plate_grid(const io::Case& spec, std::size_t body) {
@@ -246,13 +244,11 @@ static PlateGrid plate_grid(const io::Case& spec, std::size_t body) {
     grading.coarse = coarsest * fine;
     const double edge = b.size[axis];
     const bool cut = own.plane[static_cast<std::size_t>(axis)];
-    require_few(spec, b, std::min(2 * grading.fine_half, edge) / fine + edge / grading.coarse);
     auto& line = axis == 0 ? g.x : g.y;
-    line = fem::graded_line(cut ? 0.0 : -0.5 * edge, 0.5 * edge, grading);
+    line = graded(spec, b, cut ? 0.0 : -0.5 * edge, 0.5 * edge, grading);
   }
-  require_few(spec, b, b.size[2] > 2 * d ? std::min(2 * half, 2.5 * d) / fine + b.size[2] / (12 * fine) : b.size[2] / fine);
   const bool front_is_high = flight(spec).dot(turn.col(2)) < 0;
-  g.z = through(b, fine, half, d, front_is_high, own.plane[2]);
+  g.z = through(spec, b, fine, half, d, front_is_high, own.plane[2]);
   return g;
 }
 
@@ -342,13 +338,13 @@ static std::vector<Vec3> samples(const io::BodySpec& b) {
   return r;
 }
 
-static Filled filled(const io::BodySpec& b) {
+static Filled filled(const PlacedBody& placed) {
+  const io::BodySpec& b = *placed.spec;
   Filled f;
   f.body = &b;
   f.size = smallest_extent(b);
   if (b.shape == Shape::mesh) {
-    auto deck = io::read_mesh_deck(b.file, 1.0);
-    f.deck = placed({std::move(deck.x), std::move(deck.node)}, b);
+    f.deck = placed.make();
     f.size = *b.element_size;
     f.points = f.deck.x;
     for (const auto& corners : f.deck.node) {
@@ -396,9 +392,9 @@ static double overlap(const Filled& p, const Filled& q) {
   return deepest;
 }
 
-void check_places(const io::Case& spec) {
+void check_places(const io::Case& spec, const std::vector<PlacedBody>& placed) {
   std::vector<Filled> all;
-  for (const auto& b : spec.bodies) all.push_back(filled(b));
+  for (const auto& b : placed) all.push_back(filled(b));
   constexpr double whole = 1e-6, faceted = 0.02;  // of the smaller size: curved bodies that touch are facets in a deck
   for (std::size_t a = 0; a < all.size(); ++a)
     for (std::size_t b = a + 1; b < all.size(); ++b) {

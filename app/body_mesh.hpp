@@ -47,7 +47,7 @@ core::Vec3 middle(const io::BodySpec& body);
 /// Is one of the body's own axes along this axis of the scene?
 bool lies_along(const io::BodySpec& body, int axis);
 
-/// Throws core::CaseError naming two bodies whose volumes overlap, or one that reaches behind a rigid wall. Decks must be measured.
-void check_places(const io::Case& spec);
+/// Throws core::CaseError naming two bodies whose volumes overlap, or one that reaches behind a rigid wall.
+void check_places(const io::Case& spec, const std::vector<PlacedBody>& placed);
 
 }  // namespace app

@@ -58,9 +58,9 @@ class FolderLock {
 };
 
 /// Text for the screen, which may be gone while the run goes on.
-static void say(const std::string& text) {
-  std::fputs(text.c_str(), stdout);
-  std::fflush(stdout);
+static void say(const std::string& text, std::FILE* screen = stdout) {
+  std::fputs(text.c_str(), screen);
+  std::fflush(screen);
 }
 
 /// A text file that grows line by line; a line that cannot be written stops the run.
@@ -177,7 +177,7 @@ struct Output {
 
   void warn(const std::string& text) {
     log.line("warning: " + text);
-    std::fputs(fmt::format("\nwarning: {}\n", text).c_str(), stderr);
+    say(fmt::format("\nwarning: {}\n", text), stderr);
   }
   void tell_warnings(const Simulation& s) {
     for (; warnings_told < s.warnings.size(); ++warnings_told) warn(s.warnings[warnings_told]);
@@ -255,14 +255,14 @@ static int conclude(Simulation& s, Output& out, double wall_before) {
   } catch (const core::GuardError& e) {
     info.stop_reason = e.what();
     code = 3;
-    std::fputs(fmt::format("\nstopped: {}\n", e.what()).c_str(), stderr);
+    say(fmt::format("\nstopped: {}\n", e.what()), stderr);
   }
   info.wall_seconds = wall_before + std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_time).count();
   info.cpu_seconds = s.work.cpu_seconds_before + cpu_seconds();
   try {
     out.background.wait();
   } catch (const core::GuardError& e) {
-    std::fputs(fmt::format("{}\n", e.what()).c_str(), stderr);
+    say(fmt::format("{}\n", e.what()), stderr);
     code = 3;
   }
   // The state first, then what is derived from it, the summary last; a disk that is full may refuse any of them.
@@ -285,7 +285,7 @@ static int conclude(Simulation& s, Output& out, double wall_before) {
     out.log.line(report);
     say("\n" + report);
   } catch (const core::GuardError& e) {
-    std::fputs(fmt::format("{}\n", e.what()).c_str(), stderr);
+    say(fmt::format("{}\n", e.what()), stderr);
     code = 3;
   }
   const std::string last = fmt::format("{} at t = {:.6g} us after {} steps, {:.1f} s", info.stop_reason, s.time * 1e6,

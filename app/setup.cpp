@@ -68,9 +68,7 @@ static measure::Scene make_scene(const io::Case& spec, const std::vector<PlacedB
     k.center = body.center;
     k.normal = body.normal.normalized();
     k.velocity = body.velocity;
-    k.extent = body.shape == io::Shape::cylinder ? Vec3(body.diameter, body.diameter, body.length)
-               : body.shape == io::Shape::sphere ? Vec3::Constant(body.diameter)
-                                                 : body.size;
+    k.extent = io::extent(body);
     k.thickness = k.extent[2];
     for (const auto& wall : spec.walls) {
       const Vec3 away = wall.normal.normalized();
@@ -241,7 +239,7 @@ std::unique_ptr<Simulation> set_up(const io::Case& given) {
         spec.fidelity == "custom" ? fmt::format("run.elements_across = {}", spec.elements_across)
                                   : fmt::format("run.fidelity = \"{}\" ({} elements across)", spec.fidelity, spec.elements_across), cost.elements, cost.bytes / (1 << 30), cost.available / (1 << 30)));
   auto placed = place_bodies(spec);
-  check_places(spec);
+  check_places(spec, placed);
   warn_of_mismatch(spec, placed, s->warnings);
   for (auto& b : placed) {
     const auto& material = spec.materials.at(b.spec->material);

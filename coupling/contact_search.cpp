@@ -49,12 +49,6 @@ static ContactFace contact_face(const fem::Mesh& mesh, const fem::Face& face) {
   return f;
 }
 
-static bool belongs_to_elements(const fem::Mesh& mesh, std::size_t nd) {
-  for (const auto el : fem::elements_at(mesh, nd))
-    if (mesh.elements.alive[el]) return true;
-  return false;
-}
-
 static std::int32_t body_of_node(const fem::Mesh& mesh, std::size_t nd) {
   for (std::size_t b = 0; b < mesh.body_nodes.size(); ++b)
     if (mesh.body_nodes[b].contains(nd)) return static_cast<std::int32_t>(b);
@@ -134,7 +128,7 @@ static void list_points(const fem::Mesh& mesh, const sph::Particles& particles, 
   }
   if (mesh.n_removed > 0)  // free nodes: mass but no element alive
     for (std::uint32_t nd = 0; nd < mesh.nodes.size(); ++nd)
-      if (!l.surface.faces_at[nd] && mesh.nodes.m[nd] > 0 && !belongs_to_elements(mesh, nd)) l.points.push_back({nd, false, -1});
+      if (!l.surface.faces_at[nd] && mesh.nodes.m[nd] > 0 && !fem::belongs_to_elements(mesh, nd)) l.points.push_back({nd, false, -1});
   for (std::uint32_t i = 0; i < particles.size(); ++i) l.points.push_back({i, true, -1});
 }
 
@@ -463,7 +457,7 @@ std::vector<double> times_to_meet(const fem::Mesh& mesh, const sph::Particles& p
           Both e;
           for (std::size_t nd = mesh.body_nodes[b].first + first; nd < mesh.body_nodes[b].first + last; ++nd)
             if (mesh.nodes.m[nd] > 0)
-              (mesh.n_removed == 0 || belongs_to_elements(mesh, nd) ? e.solid : e.free).add(mesh.nodes.x[nd], mesh.nodes.v[nd]);
+              (mesh.n_removed == 0 || fem::belongs_to_elements(mesh, nd) ? e.solid : e.free).add(mesh.nodes.x[nd], mesh.nodes.v[nd]);
           return e;
         },
         [](Both a, const Both& o) {

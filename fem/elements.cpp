@@ -23,9 +23,7 @@ void keep_in_front(const core::Symmetry& symmetry, Mesh& mesh) {
     if (!symmetry.plane[d]) continue;
     const auto axis = static_cast<Eigen::Index>(d);
     core::for_each(n.size(), [&](std::size_t nd) {
-      if (!(n.x[nd][axis] < 0) || !(n.m[nd] > 0) || (n.fixed[nd] & 1 << d)) return;
-      for (const auto el : elements_at(mesh, nd))
-        if (mesh.elements.alive[el]) return;
+      if (!(n.x[nd][axis] < 0) || !(n.m[nd] > 0) || (n.fixed[nd] & 1 << d) || belongs_to_elements(mesh, nd)) return;
       for (auto* a : {&n.x, &n.v, &n.v_mean}) (*a)[nd][axis] *= -1;
     });
   }
@@ -76,10 +74,10 @@ void sleep_resting(Mesh& mesh) {
   std::fill(mesh.nodes.awake.begin(), mesh.nodes.awake.end(), 0);
   for (std::size_t b = 0; b < mesh.block_awake.size(); ++b) {
     bool moving = false;
-    for (std::size_t el = b * block_size; el < (b + 1) * block_size; ++el)
-      if (e.pt.p[el] != 0) moving = true;  // about to
-    for (std::size_t el = b * block_size; el < (b + 1) * block_size; ++el)
+    for (std::size_t el = b * block_size; el < (b + 1) * block_size; ++el) {
+      moving = moving || e.pt.p[el] != 0;  // about to
       for (const auto nd : e.node[el]) moving = moving || !mesh.nodes.v[static_cast<std::size_t>(nd)].isZero(0);
+    }
     mesh.block_awake[b] = moving;
     if (moving)
       for (std::size_t el = b * block_size; el < (b + 1) * block_size; ++el)

@@ -81,6 +81,13 @@ inline auto elements_at(const Mesh& mesh, std::size_t nd) {
   return std::span(mesh.corners).subspan(first, mesh.corner_start[nd + 1] - first) | std::views::transform(element_of);
 }
 
+/// Is an element alive at a node? A node with mass and none is free.
+inline bool belongs_to_elements(const Mesh& mesh, std::size_t nd) {
+  for (const auto el : elements_at(mesh, nd))
+    if (mesh.elements.alive[el]) return true;
+  return false;
+}
+
 /// Appends one body at rest with its own nodes. Positions are final (rotated and moved). Throws core::CaseError naming
 /// the first element whose volume is not positive.
 void add_body(Mesh& mesh, HexMesh body, int material, double rho_0);

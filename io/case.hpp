@@ -34,6 +34,15 @@ struct BodySpec {
   std::optional<int> elements_through;       ///< plate: elements through the thickness
 };
 
+/// Full edges in the body's own axes [m]; of a mesh zero until its file is measured.
+inline core::Vec3 extent(const BodySpec& b) {
+  switch (b.shape) {
+    case Shape::sphere: return core::Vec3::Constant(b.diameter);
+    case Shape::cylinder: return {b.diameter, b.diameter, b.length};
+    default: return b.size;
+  }
+}
+
 /// A plane that nothing passes and that does not give way: {x : normal . (x - point) = 0}, matter on the normal's side.
 struct RigidWall {
   core::Vec3 point{0, 0, 0}, normal{0, 0, 1};

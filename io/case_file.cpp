@@ -182,29 +182,6 @@ core::Vec3 direction(const Table& t, const char* key) {
   return std::abs(norm - 1) < 1e-15 ? n : core::Vec3(n / norm);
 }
 
-double smallest_extent(const BodySpec& b) {
-  switch (b.shape) {
-    case Shape::sphere: return b.diameter;
-    case Shape::cylinder: return std::min(b.diameter, b.length);
-    case Shape::plate:
-    case Shape::box: return b.size.minCoeff();
-    case Shape::mesh: return 1e300;
-  }
-  return 1e300;
-}
-
-/// 0 where only a file knows [m].
-double largest_extent(const BodySpec& b) {
-  switch (b.shape) {
-    case Shape::sphere: return b.diameter;
-    case Shape::cylinder: return std::max(b.diameter, b.length);
-    case Shape::plate:
-    case Shape::box: return b.size.maxCoeff();
-    case Shape::mesh: return 0;
-  }
-  return 0;
-}
-
 std::string absolute_path(const std::string& file, const std::string& folder) {
   return std::filesystem::absolute(std::filesystem::path(folder) / file).lexically_normal().string();
 }
@@ -228,9 +205,10 @@ void read_shape(const Table& t, const std::string& folder, BodySpec& b) {
   }
   if (t.has("element_size")) {
     b.element_size = t.number("element_size", Dimension::length, positive);
-    if (*b.element_size > smallest_extent(b))
+    const double smallest = extent(b).minCoeff();
+    if (*b.element_size > smallest)
       t.fail("element_size", fmt::format("{:g} m is more than the body's smallest extent, {:g} m", *b.element_size,
-                                         smallest_extent(b)));
+                                         smallest));
   }
   if (t.has("fine_radius")) b.fine_radius = t.number("fine_radius", Dimension::length, positive);
   if (t.has("elements_through")) b.elements_through = t.integer("elements_through", 1, 1000);
@@ -270,7 +248,7 @@ BodySpec read_body(const Node& node, std::size_t index, const Materials& materia
   if (b.velocity.norm() > 1e6)
     t.fail("velocity", fmt::format("{:g} m/s is beyond any impact; a bare number is in m/s", b.velocity.norm()));
   t.read("spin", b.spin, Dimension::angular_velocity);
-  const double rim = b.spin.stableNorm() * 0.5 * largest_extent(b);
+  const double rim = b.spin.stableNorm() * 0.5 * extent(b).maxCoeff();
   if (rim > 1e6) t.fail("spin", fmt::format("moves the body's surface at {:g} m/s, beyond any impact; a bare number is in rad/s", rim));
   b.material = t.text("material");
   if (!materials.has(b.material)) {
