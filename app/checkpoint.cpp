@@ -27,6 +27,7 @@ static void mesh_state(Archive& a, fem::Mesh& mesh) {
   a("elements/dt", e.dt), a("elements/dt_0", e.dt_0);
   a("elements/corner_force", e.corner_force), a("elements/alive", e.alive);
   if (!e.hourglass.empty()) a("elements/hourglass", e.hourglass);
+  if (!e.booked.empty()) a("elements/booked", e.booked);
   a("mesh/awake_blocks", mesh.awake_blocks), a("mesh/block_awake", mesh.block_awake);
   a("mesh/body_awake", mesh.body_awake);
   a("mesh/n_alive", mesh.n_alive), a("mesh/n_removed", mesh.n_removed);
@@ -62,6 +63,7 @@ static void book_state(Archive& a, Simulation& s) {
   totals_state(a, "ledger/initial", l.initial);
   a("ledger/hourglass", l.hourglass), a("ledger/conversion", l.conversion);
   a("ledger/eroded_kinetic", l.eroded_kinetic), a("ledger/eroded_internal", l.eroded_internal);
+  a("ledger/eroded_booked", l.eroded_booked);
   a("ledger/eroded_mass", l.eroded_mass), a("ledger/eroded_momentum", l.eroded_momentum);
   a("ledger/eroded_angular_momentum", l.eroded_angular_momentum);
   a("ledger/largest_energy_error", l.largest_energy_error), a("ledger/added_inertia", l.added_inertia);

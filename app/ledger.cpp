@@ -70,7 +70,7 @@ Totals totals(const Simulation& s) {
   return totals(s, solid);
 }
 
-double Ledger::internal() const { return now.internal - hourglass - conversion - contact_heat; }
+double Ledger::internal() const { return now.internal - hourglass - conversion - contact_heat + eroded_booked; }
 
 double Ledger::total() const {
   return now.kinetic + internal() + hourglass + contact + conversion + eroded_kinetic + eroded_internal;

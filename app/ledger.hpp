@@ -33,6 +33,7 @@ struct Ledger {
   double contact = 0;           ///< kinetic energy taken by contact impulses [J]
   double contact_heat = 0;      ///< part of it that is heat of matter [J]
   double eroded_kinetic = 0, eroded_internal = 0, eroded_mass = 0;  ///< [J] [J] [kg]
+  double eroded_booked = 0;     ///< heat of what went that stands in the rows above [J]
   core::Vec3 eroded_momentum{0, 0, 0}, eroded_angular_momentum{0, 0, 0};
   core::Vec3 wall_impulse{0, 0, 0}, wall_angular_impulse{0, 0, 0};  ///< given by rigid walls
 

@@ -168,6 +168,7 @@ static void choose_settings(Simulation& s) {
   e.hourglass_stiffness = c.hourglass == "stiffness";
   if (c.hourglass_coefficient >= 0) e.hourglass = c.hourglass_coefficient;
   if (e.hourglass_stiffness) s.mesh.elements.hourglass.assign(s.mesh.elements.size() * 12, 0.0);
+  if (c.mode == io::Mode::erosion) s.mesh.elements.booked.assign(s.mesh.elements.size(), 0.0);
 
   auto& k = s.criteria;
   for (const auto& name : c.criteria) {

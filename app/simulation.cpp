@@ -127,6 +127,7 @@ static void remove_distorted(Simulation& s) {
     const auto r = coupling::erode_elements(s.mesh, flagged, s.spec.keep_nodes);
     s.ledger.eroded_kinetic += r.eroded_kinetic;
     s.ledger.eroded_internal += r.eroded_internal;
+    s.ledger.eroded_booked += r.eroded_booked;
     s.ledger.eroded_mass += r.eroded_mass;
     s.ledger.eroded_momentum += r.eroded_momentum;
     s.ledger.eroded_angular_momentum += r.eroded_angular_momentum;

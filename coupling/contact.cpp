@@ -84,7 +84,10 @@ static bool heat_node(fem::Mesh& mesh, std::size_t nd, double heat) {
     if (e.alive[el]) mass += e.pt.m[el];
   if (mass == 0) return false;
   for (const auto el : fem::elements_at(mesh, nd))
-    if (e.alive[el]) e.pt.e[el] += heat / mass;
+    if (e.alive[el]) {
+      e.pt.e[el] += heat / mass;
+      if (!e.booked.empty()) e.booked[el] += heat * (e.pt.m[el] / mass);
+    }
   return true;
 }
 

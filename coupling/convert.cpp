@@ -127,7 +127,9 @@ Removal erode_elements(fem::Mesh& mesh, std::span<const std::uint32_t> elements,
   Removal r;
   const fem::Elements& e = mesh.elements;
   for (const auto el : elements) {
-    r.eroded_internal += e.pt.m[el] * e.pt.e[el];
+    const double booked = e.booked.empty() ? 0 : e.booked[el];
+    r.eroded_internal += e.pt.m[el] * e.pt.e[el] - booked;
+    r.eroded_booked += booked;
     if (!keep_nodes) {
       r.eroded_kinetic += corner_kinetic(mesh, el);
       r.eroded_mass += e.pt.m[el];

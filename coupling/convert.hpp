@@ -20,7 +20,8 @@ namespace coupling {
 struct Removal {
   double conversion = 0;        ///< kinetic energy turned into heat [J]
   double eroded_kinetic = 0;    ///< [J]
-  double eroded_internal = 0;   ///< [J]
+  double eroded_internal = 0;   ///< but for what is booked already [J]
+  double eroded_booked = 0;     ///< heat under names of its own (fem::Elements::booked) [J]
   double eroded_mass = 0;       ///< [kg]
   core::Vec3 eroded_momentum{0, 0, 0};          ///< [kg m/s]
   core::Vec3 eroded_angular_momentum{0, 0, 0};  ///< about the origin [kg m2/s]

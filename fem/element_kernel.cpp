@@ -207,6 +207,7 @@ static double update_pack(const Context& k, std::size_t el) {
   store_point(e.pt, el, pt);
 
   const Real work = core::select(alive, power * dt, Real(0.0));
+  if (!e.booked.empty()) core::store(&e.booked[el], core::load<Real>(&e.booked[el]) + work);
   double sum = 0;
   for (int lane = 0; lane < W; ++lane) sum += work[lane];
   return sum;

@@ -41,6 +41,7 @@ struct Elements {
   std::vector<double> dt;           ///< stable time step [s]; 1e300 where dead or asleep
   std::vector<double> dt_0;         ///< the first one [s]
   std::vector<double> corner_force; ///< [block][corner * 3 + direction][lane] [N], of time n
+  std::vector<double> booked;       ///< heat that stands in the ledger under names of its own, hourglass and contact [J]; empty unless elements erode
   std::vector<double> hourglass;    ///< [block][mode * 3 + direction][lane] [N]; empty unless the stiffness form is used
   std::vector<std::uint8_t> alive;  ///< 0: deleted, converted or padding
   std::vector<std::uint16_t> body;

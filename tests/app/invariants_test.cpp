@@ -58,7 +58,15 @@ TEST_P(EveryMode, BooksAreClosed) {
     if (std::string(GetParam()) == "hybrid" || std::string(GetParam()) == "erosion") {
       EXPECT_GT(s->mesh.n_removed, 50u);
     }
-    for (const double row : {s->ledger.hourglass, s->ledger.contact, s->ledger.conversion, s->ledger.eroded_kinetic})
+    if (const auto& booked = s->mesh.elements.booked; !booked.empty()) {
+      double heat = s->ledger.eroded_booked;
+      for (std::size_t el = 0; el < booked.size(); ++el)
+        if (s->mesh.elements.alive[el]) heat += booked[el];
+      EXPECT_NEAR(heat, s->ledger.hourglass + s->ledger.contact_heat, 1e-12 * s->ledger.initial.kinetic) << "heat under names of its own";
+      EXPECT_GT(s->ledger.eroded_booked, 0);
+    }
+    for (const double row : {s->ledger.hourglass, s->ledger.contact, s->ledger.conversion, s->ledger.eroded_kinetic,
+                             s->ledger.internal(), s->ledger.eroded_internal})
       EXPECT_GE(row, -1e-9 * s->ledger.initial.kinetic) << "a row of the ledger that only takes has given";
   }
 }

@@ -153,11 +153,13 @@ TEST(Erode, EverythingIsBooked) {
     const sph::Particles none;
     const Sums before = sums(mesh, none);
     const std::vector<std::uint32_t> some{0, 1, 13, 26};
+    mesh.elements.booked.assign(mesh.elements.size(), 2.5);
     const auto r = coupling::erode_elements(mesh, some, false);
     const Sums after = sums(mesh, none);
     EXPECT_NEAR(after.mass + r.eroded_mass, before.mass, 1e-14 * before.mass);
     EXPECT_NEAR(after.kinetic + r.eroded_kinetic, before.kinetic, 1e-14 * before.kinetic);
-    EXPECT_NEAR(after.internal + r.eroded_internal, before.internal, 1e-14 * before.internal);
+    EXPECT_NEAR(after.internal + r.eroded_internal + r.eroded_booked, before.internal, 1e-14 * before.internal);
+    EXPECT_EQ(r.eroded_booked, 10);
     EXPECT_LT((after.momentum + r.eroded_momentum - before.momentum).norm(), 1e-14 * before.momentum.norm());
     EXPECT_LT((after.angular + r.eroded_angular_momentum - before.angular).norm(), 1e-13 * before.angular.norm());
   }
