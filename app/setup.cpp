@@ -184,7 +184,7 @@ static void choose_settings(Simulation& s) {
   k.expansion = c.mode == io::Mode::hybrid ? 0.8 : 0.0;
   k.left_over = c.mode == io::Mode::hybrid ? 0.7 : 0.0;
 
-  s.contact_settings = {c.contact, c.friction};
+  s.contact_settings = {c.contact, c.friction, c.symmetry};
   s.bond.hold = c.bond;
   s.bond.per_edge = c.particles_per_edge;
   s.sleep_threshold = c.sleep;

@@ -30,6 +30,7 @@ struct Matter {
   fem::Mesh& mesh;
   sph::Particles& particles;
   double dt;
+  const core::Symmetry& symmetry;
   Changes& changes;
 };
 
@@ -53,6 +54,24 @@ static PointRef point_ref(const Matter& a, const ContactPoint& point) {
 }
 
 static PointRef node_ref(const Matter& a, std::uint32_t nd) { return point_ref(a, {nd, false}); }
+
+/// A vector seen in symmetry planes: bits 1, 2, 4 those across x, y, z.
+static Vec3 seen(Vec3 a, int image) {
+  for (int d = 0; d < 3; ++d)
+    if (image >> d & 1) a[d] = -a[d];
+  return a;
+}
+
+/// f(image) for a point and the images that it may go on as within the time ahead: what passes a symmetry plane changes
+/// places with its image there. Only matter that no element holds passes one.
+template <class F>
+static void each_image(const Matter& a, const PointRef& p, double ahead, F&& f) {
+  int passed = 0;
+  for (int d = 0; d < 3; ++d)
+    if (a.symmetry.plane[static_cast<std::size_t>(d)] && p.point.body < 0 && (*p.x)[d] + ahead * (*p.v)[d] < 0) passed |= 1 << d;
+  f(0);
+  for (int image = passed; image > 0; image = (image - 1) & passed) f(image);
+}
 
 // ------------------------------------------------------------------------------------------------ impulses
 
@@ -98,7 +117,8 @@ static bool heat_point(const Matter& a, const ContactPoint& point, double heat) 
   return true;
 }
 
-static void apply(const Matter& a, const PointRef& p, const FaceNodes& node, const Meeting& m,
+/// image: the one of the point that meets.
+static void apply(const Matter& a, const PointRef& p, int image, const FaceNodes& node, const Meeting& m,
                   const ContactSettings& settings, Exchange& exchange) {
   auto& n = a.mesh.nodes;
   const auto inverse_mass = [&](const Vec3& direction) {
@@ -115,14 +135,14 @@ static void apply(const Matter& a, const PointRef& p, const FaceNodes& node, con
   const double size = (m.target - m.gap_end) / a.dt / inverse;
   Vec3 impulse = size * m.normal;
   if (settings.friction > 0) {
-    Vec3 slip = *p.v;
+    Vec3 slip = seen(*p.v, image);
     for (std::size_t k = 0; k < 4; ++k) slip -= m.weight[k] * n.v[node[k]];
     slip -= slip.dot(m.normal) * m.normal;
     const double speed = slip.norm();
     if (speed > 0) impulse -= std::min(settings.friction * size, speed / inverse_mass(slip / speed)) * (slip / speed);
   }
-  push(a, p, impulse / p.m);
-  exchange.on_point += impulse;
+  push(a, p, seen(impulse, image) / p.m);
+  exchange.on_point += seen(impulse, image);
   for (std::size_t k = 0; k < 4; ++k) {
     push(a, node_ref(a, node[k]), -m.weight[k] * impulse / n.m[node[k]]);
     exchange.on_corner[k] -= m.weight[k] * impulse;
@@ -132,11 +152,12 @@ static void apply(const Matter& a, const PointRef& p, const FaceNodes& node, con
 
 // ------------------------------------------------------------------------------------------------ the solver
 
-/// A pair that has met in this step. Ordered by face (element, side), then point (nodes before particles): the same for
-/// whatever lists it came from.
+/// A pair that has met in this step. Ordered by face (element, side), then point (nodes before particles, images last): the
+/// same for whatever lists it came from.
 struct ActivePair {
   std::uint64_t face_key, point_key;
   Candidate candidate;
+  int image = 0;             ///< of the point
   std::uint32_t tested = 0;  ///< count of changes when it was last tested
   Exchange exchange;
   bool operator<(const ActivePair& o) const {
@@ -146,6 +167,7 @@ struct ActivePair {
 };
 
 static std::uint64_t key(const ContactPoint& p) { return (static_cast<std::uint64_t>(p.particle) << 32) | p.index; }
+static std::uint64_t key(const ContactPoint& p, int image) { return static_cast<std::uint64_t>(image) << 33 | key(p); }
 
 static std::uint32_t last_change(const Matter& a, const FaceNodes& node) {
   const auto& c = a.changes.node;
@@ -165,7 +187,10 @@ static std::vector<Candidate> near_pairs(const Matter& a, const ContactLists& l)
     const Candidate pair = l.candidates[k];
     const PointRef p = point_ref(a, l.points[pair.point]);
     const ContactFace& f = l.faces[pair.face];
-    if (alive[f.face.element] && p.m > 0 && swept[f.paired].reaches(*p.x, *p.v)) found.push_back(pair);
+    if (!alive[f.face.element] || !(p.m > 0)) return;
+    bool near = false;
+    each_image(a, p, ahead, [&](int image) { near = near || swept[f.paired].reaches(seen(*p.x, image), seen(*p.v, image)); });
+    if (near) found.push_back(pair);
   });
 }
 
@@ -190,9 +215,12 @@ static std::vector<ActivePair> detect(const Matter& a, const std::vector<Candida
     const ContactFace& f = l.faces[pairs[k].face];
     const PointRef p = point_ref(a, point);
     if (!a.mesh.elements.alive[f.face.element] || !(p.m > 0)) return;
-    if (!face_sweep(a.mesh.nodes, f.node, a.dt).reaches(*p.x, *p.v)) return;
-    if (meet(a.mesh.nodes, f.node, *p.x, *p.v, a.dt, strict).found)
-      found.push_back({f.face.element * std::uint64_t{6} + f.face.face, key(point), pairs[k], 0, {}});
+    const FaceSweep swept = face_sweep(a.mesh.nodes, f.node, a.dt);
+    each_image(a, p, a.dt, [&](int image) {
+      const Vec3 x = seen(*p.x, image), v = seen(*p.v, image);
+      if (swept.reaches(x, v) && meet(a.mesh.nodes, f.node, x, v, a.dt, strict).found)
+        found.push_back({f.face.element * std::uint64_t{6} + f.face.face, key(point, image), pairs[k], image, 0, {}});
+    });
   });
   std::sort(met.begin(), met.end());
   return met;
@@ -233,10 +261,10 @@ static std::size_t sweep(const Matter& a, std::vector<ActivePair>& active, const
     const FaceNodes& node = l.faces[pair.candidate.face].node;
     if (std::max(*p.changed, last_change(a, node)) <= pair.tested) continue;
     pair.tested = a.changes.count;
-    const Meeting m = meet(a.mesh.nodes, node, *p.x, *p.v, a.dt, false);
+    const Meeting m = meet(a.mesh.nodes, node, seen(*p.x, pair.image), seen(*p.v, pair.image), a.dt, false);
     if (!m.found) continue;
     ++met;
-    apply(a, p, node, m, settings, pair.exchange);
+    apply(a, p, pair.image, node, m, settings, pair.exchange);
   }
   return met;
 }
@@ -267,7 +295,7 @@ class ImpactZones {
   void move(std::vector<ActivePair> met) {
     constexpr int most_rounds = 50;
     for (int round = 0; round < most_rounds && !met.empty(); ++round) {
-      for (const auto& pair : met) join(pair.candidate);
+      for (const auto& pair : met) join(pair);
       const auto since = a_.changes.count;
       move_together();
       met = detect(a_, changed_pairs(a_, c_.lists, since), false, c_);
@@ -295,9 +323,11 @@ class ImpactZones {
     const auto found = parent_.try_emplace(k, k).first;
     return found->second == k ? k : found->second = root(found->second);
   }
-  void join(const Candidate& pair) {
-    const Key a = root(key(c_.lists.points[pair.point]));
-    for (const auto nd : c_.lists.faces[pair.face].node) {
+  void join(const ActivePair& pair) {
+    const ContactPoint& point = c_.lists.points[pair.candidate.point];
+    const Key a = root(key(point));
+    held_[key(point)] |= pair.image;  // it and its image go on together where neither moves across the plane
+    for (const auto nd : c_.lists.faces[pair.candidate.face].node) {
       const Key b = root(key({nd, false})), ra = root(a);
       parent_[std::max(ra, b)] = std::min(ra, b);
     }
@@ -333,7 +363,7 @@ class ImpactZones {
         const PointRef p = point_ref(a_, point(k));
         momentum += p.m * *p.v;
         mass += p.m;
-        fixed |= p.fixed;
+        fixed |= p.fixed | held_[k];
       }
       const Vec3 v = in_front_of_walls(zone, mass, fem::free_part(momentum / mass, fixed));
       for (const Key k : zone) {
@@ -351,6 +381,7 @@ class ImpactZones {
   const std::vector<Wall>& walls_;
   Contact& c_;
   std::map<Key, Key> parent_;
+  std::map<Key, int> held_;  ///< directions in which a member must not move
   std::map<Key, LoneExchange> exchanges_;
 };
 
@@ -499,7 +530,7 @@ void resolve_contact(fem::Mesh& mesh, sph::Particles& particles, const std::vect
   if (!contact_possible(mesh, particles, walls)) return;
   c.changes.node.assign(mesh.nodes.size(), Changes::none);
   c.changes.particle.assign(particles.size(), Changes::none);
-  const Matter matter{mesh, particles, dt, c.changes};
+  const Matter matter{mesh, particles, dt, settings.symmetry, c.changes};
   Exchanges x;
   stop_all_at_walls(matter, walls, settings.friction, x.walls);
   const auto start = c.changes.count;

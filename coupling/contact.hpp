@@ -26,6 +26,7 @@ struct Wall {
 struct ContactSettings {
   bool enabled = true;
   double friction = 0;  ///< Coulomb coefficient, between bodies and along rigid walls [-]
+  core::Symmetry symmetry;  ///< planes that particles and free nodes pass as their images
 };
 
 /// When contact last changed the velocity of a node or a particle in this step, by a count of changes.

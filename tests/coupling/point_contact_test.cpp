@@ -272,6 +272,46 @@ TEST(PointContact, ARigidWallIsPassedByNothing) {
   EXPECT_NEAR(k.contact.dissipated, k0 - k.kinetic(), 1e-9 * k0);
 }
 
+/// The part of a plate of 1 mm elements in front of the planes x = 0 and y = 0.
+Kinematic quarter_plate(int n) {
+  Kinematic k;
+  fem::HexMesh hexes = fem::box(rig::line(0, n * mm, n), rig::line(0, n * mm, n), rig::line(-mm, 0, 1));
+  k.add(hexes, 2785);
+  fem::finish(k.mesh);
+  k.settings.symmetry.plane = {true, true, false};
+  return k;
+}
+
+// What passes a symmetry plane goes on as its image, and meets what lies in front of the plane within the same step.
+TEST(PointContact, WhatPassesASymmetryPlaneStrikesAsItsImage) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> u(0, 1);
+  for (int trial = 0; trial < 200; ++trial) {
+    const double dt = 5e-7, strikes = u(random);  // the part of the step after which it is on the plate
+    Vec3 there = Vec3(3.6 * u(random) - 1.8, 3.6 * u(random) - 1.8, 0) * mm, v(6000 * u(random) - 3000, 6000 * u(random) - 3000, -4000);
+    Vec3 x = there - strikes * dt * v;
+    for (int d = 0; d < 2; ++d)
+      if (x[d] < 0) x[d] = -x[d], v[d] = -v[d], there[d] = -there[d];  // it begins in front of the planes
+    auto quarter = quarter_plate(4);
+    scene::add_particle(quarter.particles, 1e-9, x, v, 0);
+    auto whole = plate_and_particle(8, 1, 1e-9, x, v);
+    const double k0 = quarter.kinetic(), z0 = quarter.momentum().z();
+    quarter.step(dt);
+    whole.step(dt);
+    EXPECT_GT(quarter.contact.dissipated, 0) << trial << " at " << there.transpose();
+    EXPECT_GT(quarter.particles.x[0].z(), -0.01 * mm) << trial << " at " << there.transpose();
+    EXPECT_EQ(quarter.contact.leaks, 0u);
+    EXPECT_NEAR(quarter.momentum().z(), z0, 1e-14 * std::abs(z0));
+    EXPECT_NEAR(quarter.contact.dissipated, k0 - quarter.kinetic(), 1e-12 * k0);
+    EXPECT_NEAR(quarter.heat(), quarter.contact.heated, 1e-12 * k0);
+    // away from the planes, where no image strikes the same corners, it is the same as on the whole plate
+    if (std::min(std::abs(there.x()), std::abs(there.y())) > 1.1 * mm) {
+      EXPECT_LT((quarter.particles.v[0] - whole.particles.v[0]).norm(), 1e-9 * v.norm()) << trial;
+      EXPECT_NEAR(quarter.contact.dissipated, whole.contact.dissipated, 1e-9 * k0);
+    }
+  }
+}
+
 TEST(PointContact, FrictionAlongARigidWallIsCoulomb) {
   for (const double mu : {0.0, 0.1, 0.3, 10.0}) {
     Kinematic k;
