@@ -398,20 +398,52 @@ template <class L, class T>
 #endif
 }
 
-/// Stores those of sixteen numbers whose bit is set, and nothing else.
-[[gnu::always_inline]] inline void store_some(std::uint32_t* to, unsigned bits, const std::uint32_t* from) {
+#if defined(__AVX2__) && !defined(__AVX512F__)
+/// [bits] lanes whose bit is set among eight, ascending, a byte each.
+struct LanesOfBits {
+  std::uint64_t lanes[256];
+  constexpr LanesOfBits() : lanes{} {
+    for (unsigned bits = 0; bits < 256; ++bits)
+      for (unsigned l = 0, n = 0; l < 8; ++l)
+        if (bits >> l & 1) lanes[bits] |= std::uint64_t{l} << (8 * n++);
+  }
+};
+inline constexpr LanesOfBits lanes_of_bits;
+
+inline __m256i packed(unsigned bits, __m256i from) {
+  return _mm256_permutevar8x32_epi32(from, _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(static_cast<long long>(lanes_of_bits.lanes[bits]))));
+}
+inline void store_packed(void* to, unsigned bits, __m256i low, __m256i high) {
+  const auto place = static_cast<std::uint32_t*>(to);
+  _mm256_storeu_si256(reinterpret_cast<__m256i*>(place), packed(bits & 0xff, low));
+  _mm256_storeu_si256(reinterpret_cast<__m256i*>(place + __builtin_popcount(bits & 0xff)), packed(bits >> 8, high));
+}
+#endif
+
+/// Stores those of sixteen numbers whose bit is set. roomy: what lies behind them, up to sixteen, may be written over; else
+/// nothing else is.
+[[gnu::always_inline]] inline void store_some(std::uint32_t* to, unsigned bits, const std::uint32_t* from, [[maybe_unused]] bool roomy) {
 #if defined(__AVX512F__)
   const auto first = static_cast<__mmask16>((1u << __builtin_popcount(bits)) - 1);
   _mm512_mask_storeu_epi32(to, first, _mm512_maskz_compress_epi32(static_cast<__mmask16>(bits), _mm512_load_si512(from)));
 #else
+#if defined(__AVX2__)
+  if (roomy) {
+    const auto half = reinterpret_cast<const __m256i*>(from);
+    return store_packed(to, bits, _mm256_load_si256(half), _mm256_load_si256(half + 1));
+  }
+#endif
   for (; bits != 0; bits &= bits - 1) *to++ = from[__builtin_ctz(bits)];
 #endif
 }
-[[gnu::always_inline]] inline void store_some(float* to, unsigned bits, Singles from) {
+[[gnu::always_inline]] inline void store_some(float* to, unsigned bits, Singles from, [[maybe_unused]] bool roomy) {
 #if defined(__AVX512F__)
   const auto first = static_cast<__mmask16>((1u << __builtin_popcount(bits)) - 1);
   _mm512_mask_storeu_ps(to, first, _mm512_maskz_compress_ps(static_cast<__mmask16>(bits), (__m512)from.part[0]));
 #else
+#if defined(__AVX2__)
+  if (roomy) return store_packed(to, bits, (__m256i)from.part[0], (__m256i)from.part[1]);
+#endif
   float a[16];
   from.store(a);
   for (; bits != 0; bits &= bits - 1) *to++ = a[__builtin_ctz(bits)];

@@ -208,9 +208,9 @@ struct Crowd {
 
   [[gnu::always_inline]] void add(unsigned bits, std::size_t k, const Meeting& pair, Singles pair_weight) {
     if (bits == 0) return;
-    store_some(r2 + n, bits, pair.r2);
-    store_some(reach + n, bits, pair.reach);
-    store_some(weight + n, bits, pair_weight);
+    store_some(r2 + n, bits, pair.r2, true);
+    store_some(reach + n, bits, pair.reach, true);
+    store_some(weight + n, bits, pair_weight, true);
     for (; bits != 0; bits &= bits - 1) place[n++] = static_cast<std::uint32_t>(k * group) + static_cast<std::uint32_t>(__builtin_ctz(bits));
   }
   [[gnu::always_inline]] void weigh() {
@@ -432,8 +432,9 @@ void find_near(const PairView& v, std::size_t first, std::size_t last, Moment* m
       const std::uint32_t before = n;
       n += static_cast<std::uint32_t>(__builtin_popcount(bits));
       if (n > room) continue;
-      store_some(row.id + before, bits, id);
-      store_some(row.weight + before, bits, weight);
+      const bool roomy = before + group <= room;
+      store_some(row.id + before, bits, id, roomy);
+      store_some(row.weight + before, bits, weight, roomy);
     }
     v.n_near[i] = n;
     if (n > room) {
