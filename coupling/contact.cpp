@@ -121,25 +121,26 @@ static bool heat_point(const Matter& a, const ContactPoint& point, double heat) 
 static void apply(const Matter& a, const PointRef& p, int image, const FaceNodes& node, const Meeting& m,
                   const ContactSettings& settings, Exchange& exchange) {
   auto& n = a.mesh.nodes;
-  const auto inverse_mass = [&](const Vec3& direction) {
-    double s = fem::free_part(direction, p.fixed).squaredNorm() / p.m;
+  // of the motion in one direction that an impulse in another makes
+  const auto inverse_mass = [&](const Vec3& direction, const Vec3& pushed) {
+    double s = fem::free_part(direction, p.fixed).dot(pushed) / p.m;
     for (std::size_t k = 0; k < 4; ++k)
-      s += m.weight[k] * m.weight[k] * fem::free_part(direction, n.fixed[node[k]]).squaredNorm() / n.m[node[k]];
+      s += m.weight[k] * m.weight[k] * fem::free_part(direction, n.fixed[node[k]]).dot(pushed) / n.m[node[k]];
     return s;
   };
-  const double inverse = inverse_mass(m.normal);
+  const double inverse = inverse_mass(m.normal, m.push);
   if (!(inverse > 0)) {  // nothing can give way: it stays a pair that meets
     note_change(a, p);
     return;
   }
   const double size = (m.target - m.gap_end) / a.dt / inverse;
-  Vec3 impulse = size * m.normal;
+  Vec3 impulse = size * m.push;
   if (settings.friction > 0) {
     Vec3 slip = seen(*p.v, image);
     for (std::size_t k = 0; k < 4; ++k) slip -= m.weight[k] * n.v[node[k]];
-    slip -= slip.dot(m.normal) * m.normal;
+    slip -= slip.dot(m.push) * m.push;
     const double speed = slip.norm();
-    if (speed > 0) impulse -= std::min(settings.friction * size, speed / inverse_mass(slip / speed)) * (slip / speed);
+    if (speed > 0) impulse -= std::min(settings.friction * size, speed / inverse_mass(slip / speed, slip / speed)) * (slip / speed);
   }
   push(a, p, seen(impulse, image) / p.m);
   exchange.on_point += seen(impulse, image);

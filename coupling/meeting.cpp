@@ -90,8 +90,14 @@ static bool meets(const Triangle& t, const Triangle& v, const Corner& before, co
   if (strict) return true;
   where = {std::clamp(where[0], 0.0, 1.0), std::clamp(where[1], 0.0, 1.0)};
   if (const double sum = where[0] + where[1]; sum > 1) where = {where[0] / sum, where[1] / sum};
+  // Along the normal of the step's start: that of its end depends on which corners have been stopped already, so on the order of the
+  // sweeps, and would push sideways what meets flat. But where that would take much more than the pair closes by, the face turns.
+  const Vec3 closing = vp - (where[0] * v.a + where[1] * v.b + (1 - where[0] - where[1]) * v.c);
+  constexpr double most_of_closing = 1.5, least_cosine = 0.5;
+  m.push = n0 / area2;
+  if (m.target - m.gap_end > -most_of_closing * dt * closing.dot(m.push) || m.push.dot(m.normal) < least_cosine) m.push = m.normal;
   // The impulse acts on positions of the step's start: there its line must pass through the foot, or it makes a couple.
-  const auto foot = barycentric(t, p - n0.dot(p - t.c) / n0.dot(m.normal) * m.normal);
+  const auto foot = barycentric(t, p - n0.dot(p - t.c) / n0.dot(m.push) * m.push);
   if (foot[0] > -0.5 && foot[1] > -0.5 && foot[0] + foot[1] < 1.5) where = foot;
   return true;
 }

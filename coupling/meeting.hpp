@@ -24,6 +24,7 @@ struct Meeting {
   double gap_end = 0;                 ///< signed distance at the end [m]
   double target = 0;                  ///< gap to be left at the end [m]
   core::Vec3 normal{0, 0, 0};         ///< of the triangle at the end
+  core::Vec3 push{0, 0, 0};           ///< line of the impulse: normal of the triangle at the start
   std::array<double, 4> weight{};     ///< shape functions of the corners where it meets
 };
 
