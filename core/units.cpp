@@ -172,6 +172,8 @@ class UnitParser {
       ++at_;
     } else if (at_ < text_.size() && text_[at_] == '1') {
       ++at_;
+      skip_spaces();
+      if (at_ == text_.size() || text_[at_] != '/') stop("a second number");
       return result;
     } else {
       result = named();

@@ -42,15 +42,20 @@ ElementSums update_awake_elements(Mesh& mesh, const std::vector<material::Materi
   const auto& blocks = mesh.awake_blocks;
   constexpr std::size_t chunk = 16;
   std::vector<ElementSums> part;
+  std::vector<std::size_t> chunks;  // first of each in the list
   for (std::size_t body = 0; body < mesh.body_elements.size(); ++body) {
     const auto range = mesh.body_elements[body];
     const auto first = std::lower_bound(blocks.begin(), blocks.end(), range.first / block_size),
                last = std::lower_bound(first, blocks.end(), range.last / block_size);
-    const std::span<const std::uint32_t> mine(first, last);
-    part.assign((mine.size() + chunk - 1) / chunk, {});
+    // chunks by place in the mesh and not among those awake: sums have the same bits whatever sleeps
+    chunks.clear();
+    for (auto at = first; at != last; ++at)
+      if (at == first || *at / chunk != at[-1] / chunk) chunks.push_back(static_cast<std::size_t>(at - blocks.begin()));
+    part.assign(chunks.size(), {});
+    chunks.push_back(static_cast<std::size_t>(last - blocks.begin()));
     const auto& material = materials[static_cast<std::size_t>(mesh.body_material[body])];
-    core::for_each_block(mine.size(), chunk, [&](std::size_t a, std::size_t b) {
-      part[a / chunk] = update_elements(mesh, material, settings, times, ring, mine.subspan(a, b - a));
+    core::for_each_block(part.size(), 1, [&](std::size_t k, std::size_t) {
+      part[k] = update_elements(mesh, material, settings, times, ring, std::span(blocks).subspan(chunks[k], chunks[k + 1] - chunks[k]));
     });
     for (const auto& p : part) total.hourglass += p.hourglass;
   }
