@@ -137,15 +137,14 @@ static void warn_of_mismatch(const io::Case& spec, const std::vector<PlacedBody>
                                      b.spec->name, spec.mesh_end * 1e6, spec.end * 1e6));
   for (const int b : plates_in_order(spec)) {
     const auto& plate = placed[static_cast<std::size_t>(b)];
-    const int layers = plate.spec->elements_through.value_or(spec.mode == io::Mode::sph ? 1 : 2);  // of a thin plate
-    const double thickness = plate.spec->shape == io::Shape::plate ? plate.spec->size[2] / layers : plate.element_size;
+    const double thickness = plate.spec->shape == io::Shape::plate ? plate.spec->size[2] : plate.element_size;
     const double size = std::min(plate.element_size, thickness);
     if (size < fair * shot.element_size)
       warnings.push_back(fmt::format(
           "body \"{}\" {} and \"{}\", which strikes it, has elements of {:.3g} mm: pressures where they meet come out too high, by 6 % at "
           "half the size, by 40 % at 0.4 and by 80 % at a quarter (8 km/s); take like sizes for both",
           plate.spec->name,
-          thickness < plate.element_size ? fmt::format("is thin and has elements {:.3g} mm thick,", size * 1e3) : fmt::format("has elements of {:.3g} mm", size * 1e3),
+          thickness < plate.element_size ? fmt::format("is {:.3g} mm thick, thinner than its elements are wide,", size * 1e3) : fmt::format("has elements of {:.3g} mm", size * 1e3),
           shot.spec->name, shot.element_size * 1e3));
   }
 }

@@ -6,7 +6,7 @@
 // besides: every corner det J positive; mirror images of each other bit by bit across x = 0, y = 0 and z = 0, with
 // nodes on those planes at exactly 0.0, so that a half or quarter model is a part of the full one, node for node; nodes
 // of the curved surface on it to round-off. The volume is therefore that of an inscribed body, short of the true one at
-// second order in the element size.
+// second order in the element size; app/body_mesh.cpp makes up for it.
 #pragma once
 
 #include <array>

@@ -87,6 +87,27 @@ TEST(BlockImpact, EqualBlocksStopAtTheInterface) {
   EXPECT_LT(r.s->contact.dissipated, 0.1 * r.s->ledger.initial.kinetic);
 }
 
+TEST(BlockImpact, WhatMeetsFlatIsNotPushedSideways) {
+  // Like meshes, node on node, free to slide, until release from the edges has come half way to the middle.
+  rig::Rig r;
+  r.add(block(0.02 * a, 8, 16), scene::aluminium(), [](const Vec3&) { return Vec3(0, 0, -1000); });
+  r.add(block(-8 * a, 8, 16), scene::aluminium(), [](const Vec3&) { return Vec3(0, 0, 1000); });
+  r.begin();
+  run(r, 0.05e-6);
+  const auto& n = r.s->mesh.nodes;
+  for (std::size_t b = 0; b < 2; ++b) {
+    Vec3 sum = Vec3::Zero();
+    double counted = 0, worst = 0;
+    for (auto nd = r.s->mesh.body_nodes[b].first; nd < r.s->mesh.body_nodes[b].last; ++nd) {
+      if (std::abs(n.x[nd].z()) > 0.3 * a || n.x[nd].head<2>().cwiseAbs().maxCoeff() > 3 * a) continue;
+      sum += n.v[nd], ++counted, worst = std::max(worst, n.v[nd].head<2>().norm());
+    }
+    ASSERT_GT(counted, 0);
+    EXPECT_LT((sum / counted).head<2>().norm(), 1) << "m/s, 0.1 % of the speed of each";
+    EXPECT_LT(worst, 10);
+  }
+}
+
 TEST(BlockImpact, BooksStayClosedUntilTheyPart) {
   rig::Rig r;
   r.add(block(0.02 * a, 4, 4, a / 3), scene::aluminium(), [](const Vec3&) { return Vec3(3, 0, -200); });

@@ -58,6 +58,8 @@ TEST(Units, DecimalPrefixesAreExact) {
   EXPECT_EQ(parse_quantity("294 K", Dimension::temperature), 294.0);
   EXPECT_EQ(parse_quantity("0.5 rad", Dimension::angle), 0.5);
   EXPECT_EQ(parse_quantity("1 1/s", Dimension::rate), 1.0);
+  EXPECT_THROW(parse_quantity("1 1 mm", Dimension::length), std::exception);
+  EXPECT_THROW(parse_quantity("7 1", Dimension::length), std::exception);
   EXPECT_EQ(parse_quantity("3 s^-1", Dimension::rate), 3.0);
   EXPECT_EQ(parse_quantity("94 mg", Dimension::mass), 94e-6);
   EXPECT_EQ(parse_quantity("9.81 m/s2", Dimension::acceleration), 9.81);

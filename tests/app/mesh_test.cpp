@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+// Meshes of whole cases: where they are fine, that round bodies have the mass they should, and what is refused.
+#include "app/body_mesh.hpp"
+#include "core/error.hpp"
+#include "fem/elements.hpp"
+#include "tests/app/small_case.hpp"
+
+namespace {
+
+using core::Vec3;
+
+constexpr double mm = 1e-3;
+
+std::string projectile(const std::string& shape, const std::string& center, const std::string& velocity) {
+  return "title = \"shot\"\n[run]\nend = \"1 us\"\nelements_across = 6\n[[body]]\nname = \"projectile\"\n" + shape + "\ncenter = " + center +
+         "\nvelocity = " + velocity + "\nmaterial = \"Al2024-T351\"\n";
+}
+std::string plate(const std::string& name, const std::string& size, const std::string& thickness, const std::string& center, const std::string& more = "") {
+  return "[[body]]\nname = \"" + name + "\"\nshape = \"plate\"\nsize = " + size + "\nthickness = " + thickness + "\ncenter = " + center + "\n" + more +
+         "\nmaterial = \"Al2024-T351\"\n";
+}
+const std::string ball = "shape = \"sphere\"\ndiameter = \"2 mm\"", down = "[0, 0, \"-6 km/s\"]";
+const std::string bumper = plate("bumper", "[\"50 mm\", \"20 mm\"]", "\"0.8 mm\"", "[0, 0, \"-0.4 mm\"]");
+
+/// Edges along x, y, z of the box round the element of a body that is nearest to a point [mm].
+Vec3 edges_at(const app::Simulation& s, std::size_t body, const Vec3& where) {
+  std::size_t nearest = 0;
+  double least = 1e300;
+  for (auto el = s.mesh.body_elements[body].first; el < s.mesh.body_elements[body].last; ++el) {
+    if (!s.mesh.elements.alive[el]) continue;
+    const double d = (fem::centre(s.mesh, el, s.mesh.nodes.x) - mm * where).norm();
+    if (d < least) least = d, nearest = el;
+  }
+  core::Box box;
+  for (const auto nd : s.mesh.elements.node[nearest]) box.add(s.mesh.nodes.x[static_cast<std::size_t>(nd)]);
+  return (box.high - box.low) / mm;
+}
+
+double mass(const app::Simulation& s, std::size_t body) {
+  double m = 0;
+  for (auto el = s.mesh.body_elements[body].first; el < s.mesh.body_elements[body].last; ++el) m += s.mesh.elements.pt.m[el];
+  return s.spec.symmetry.copies() * m;
+}
+
+double lowest(const app::Simulation& s, std::size_t body) {
+  double z = 1e300;
+  for (auto nd = s.mesh.body_nodes[body].first; nd < s.mesh.body_nodes[body].last; ++nd) z = std::min(z, s.mesh.nodes.x[nd].z());
+  return z;
+}
+
+TEST(RoundBodies, WeighWhatTheyShouldAndStandWhereTheyStood) {
+  for (const char* across : {"run.elements_across=4", "run.elements_across=7", "run.elements_across=20"})
+    for (const char* symmetry : {"run.symmetry=\"none\"", "run.symmetry=\"auto\""}) {
+      const auto sphere = small_case::set_up({across, symmetry}, projectile(ball, "[0, 0, \"1.3 mm\"]", down) + bumper);
+      EXPECT_NEAR(mass(*sphere, 0), 2785 * core::pi / 6 * 8e-9, 1e-12 * 2785 * 8e-9) << across;
+      EXPECT_NEAR(lowest(*sphere, 0), 0.3 * mm, 1e-12) << "its front";
+      const std::string rod = "shape = \"cylinder\"\ndiameter = \"2 mm\"\nlength = \"3 mm\"";
+      const auto upright = small_case::set_up({across, symmetry}, projectile(rod, "[0, 0, \"1.8 mm\"]", down) + bumper);
+      EXPECT_NEAR(mass(*upright, 0), 2785 * core::pi / 4 * 12e-9, 1e-12 * 2785 * 12e-9) << across;
+      EXPECT_NEAR(lowest(*upright, 0), 0.3 * mm, 1e-12);
+      const auto lying = small_case::set_up({across, symmetry}, projectile(rod + "\nnormal = [1, 0, 0]", "[0, 0, \"1.3 mm\"]", down) + bumper);
+      EXPECT_NEAR(mass(*lying, 0), 2785 * core::pi / 4 * 12e-9, 1e-12 * 2785 * 12e-9) << across;
+      EXPECT_NEAR(lowest(*lying, 0), 0.3 * mm, 1e-12);
+    }
+}
+
+TEST(RoundBodies, AHalfHasHalfTheElements) {
+  const auto cylinder = projectile("shape = \"cylinder\"\ndiameter = \"3 mm\"\nlength = \"3.5 mm\"\nnormal = [1, 0, 0]", "[0, 0, \"1.55 mm\"]", down) + bumper;
+  const auto whole = small_case::set_up({"run.symmetry=\"none\""}, cylinder), quarter = small_case::set_up({"run.symmetry=\"auto\""}, cylinder);
+  const auto alive = [](const app::Simulation& s) {
+    std::size_t n = 0;
+    for (auto el = s.mesh.body_elements[0].first; el < s.mesh.body_elements[0].last; ++el) n += s.mesh.elements.alive[el];
+    return n;
+  };
+  EXPECT_EQ(alive(*whole), 4 * alive(*quarter));
+}
+
+TEST(FineMesh, IsAtTheNoseOfARod) {
+  const auto s = small_case::set_up({}, projectile("shape = \"box\"\nsize = [\"2 mm\", \"2 mm\", \"12 mm\"]", "[0, 0, \"6.05 mm\"]", down) + bumper);
+  EXPECT_LT(edges_at(*s, 0, {0, 0, 0.05}).z(), 0.36);
+  EXPECT_GT(edges_at(*s, 0, {0, 0, 12}).z(), 0.5);
+}
+
+TEST(FineMesh, IsWhereABlockIsStruckFromTheSide) {
+  const auto s = small_case::set_up({}, projectile(ball, "[\"11.02 mm\", 0, 0]", "[\"-6 km/s\", 0, 0]") +
+                                            "[[body]]\nname = \"block\"\nshape = \"box\"\nsize = [\"20 mm\", \"20 mm\", \"20 mm\"]\nmaterial = \"Al2024-T351\"\n");
+  EXPECT_LT(edges_at(*s, 1, {10, 0, 0}).maxCoeff(), 0.4);
+}
+
+TEST(FineMesh, IsWhereEachOfTwoStrikes) {
+  std::string second = projectile(ball, "[\"14 mm\", 0, \"1.05 mm\"]", down);
+  second = second.substr(second.find("[[body]]"));
+  second.replace(second.find("\"projectile\""), 12, "\"second\"");
+  const auto s = small_case::set_up({}, projectile(ball, "[0, 0, \"1.05 mm\"]", down) + second + bumper);
+  EXPECT_LT(edges_at(*s, 2, {0, 0, 0}).maxCoeff(), 0.42);
+  EXPECT_LT(edges_at(*s, 2, {14, 0, 0}).maxCoeff(), 0.42);
+}
+
+TEST(FineMesh, IsWhereAFlyingPlateIsStruckAndAtAnEdge) {
+  const auto flying = small_case::set_up({}, projectile(ball, "[0, 0, \"11 mm\"]", down) +
+                                                 plate("bumper", "[\"50 mm\", \"20 mm\"]", "\"0.8 mm\"", "[0, 0, \"-0.4 mm\"]", "velocity = [\"5 km/s\", 0, 0]"));
+  EXPECT_LT(edges_at(*flying, 1, {-5 * 11 / 6.0, 0, 0}).maxCoeff(), 0.42);
+  const auto edge = small_case::set_up({}, projectile(ball, "[\"10.5 mm\", 0, \"1.05 mm\"]", down) + plate("bumper", "[\"20 mm\", \"20 mm\"]", "\"0.8 mm\"", "[0, 0, \"-0.4 mm\"]"));
+  EXPECT_LT(edges_at(*edge, 1, {10, 0, 0}).maxCoeff(), 0.42);
+}
+
+TEST(FineMesh, HasNoGapsForParticles) {
+  const auto of = [](const std::string& thickness, const std::string& z) {
+    return small_case::set_up({"run.mode=\"sph\""}, projectile(ball, "[0, 0, \"1.2 mm\"]", down) + plate("bumper", "[\"12 mm\", \"12 mm\"]", thickness, "[0, 0, " + z + "]"));
+  };
+  const auto foil = of("\"0.1 mm\"", "\"-0.05 mm\""), block = of("\"5 mm\"", "\"-2.5 mm\"");
+  EXPECT_LT(edges_at(*foil, 1, {5, 5, 0}).maxCoeff(), 0.11);
+  EXPECT_LT(edges_at(*block, 1, {5, 5, -4}).maxCoeff(), 0.42);
+}
+
+TEST(Plates, OneBesideTheLineOfFlightIsNotStruck) {
+  const auto side = plate("side", "[\"20 mm\", \"10 mm\"]", "\"1 mm\"", "[\"27 mm\", 0, \"1 mm\"]", "normal = [1, 0, 0]");
+  const auto s = small_case::set_up({}, projectile(ball, "[0, 0, \"1.05 mm\"]", down) + bumper + side);
+  EXPECT_EQ(app::plates_in_order(s->spec), std::vector<int>{1});
+  EXPECT_TRUE(s->warnings.empty());
+}
+
+TEST(Plates, ThatCrossAreRefused) {
+  const auto shot = projectile(ball, "[0, 0, \"1.05 mm\"]", down);
+  const auto rib = [](const std::string& z) { return plate("rib", "[\"20 mm\", \"20 mm\"]", "\"0.1 mm\"", "[\"7.73 mm\", 0, " + z + "]", "normal = [1, 0, 0]"); };
+  EXPECT_THROW(small_case::set_up({}, shot + bumper + rib("\"-0.4 mm\"")), core::CaseError);
+  EXPECT_NO_THROW(small_case::set_up({}, shot + bumper + rib("\"-10.8 mm\""))) << "it touches the bumper's back";
+}
+
+}  // namespace
