@@ -172,11 +172,12 @@ static std::pair<double, double> fineness(const io::Case& spec, const io::BodySp
     fine = std::max(fine, b.size[2] / later_layers);
     half = std::min(1.5 * d + cloud_slope * distance, widest * d);  // farther off, what arrives is thin
   }
-  if (spec.mode == io::Mode::sph)
-    half = extent(b).norm();  // long flat hexes would make particles with gaps between them
-  else if (b.size[2] > 2 * d)
+  if (spec.mode == io::Mode::sph) {  // long flat hexes would make particles with gaps between them
+    half = extent(b).norm();
+    fine = std::min(fine, b.size[2]);
+  } else if (b.size[2] > 2 * d) {
     half = 2.2 * d;  // a thick target: the crater and its rim
-  if (spec.mode == io::Mode::sph) fine = std::min(fine, b.size[2]);  // nor would those of a thin plate hang together
+  }
   if (out_of_reach(spec, b)) fine *= coarsest;
   if (b.element_size) fine = *b.element_size;
   if (b.fine_radius) half = *b.fine_radius;
@@ -210,14 +211,8 @@ static std::vector<double> through(const io::Case& spec, const io::BodySpec& b, 
     for (int i = 0; i <= n; ++i) z.push_back(0.5 * t * i / n);
     return z;
   }
-  if (b.elements_through) {
-    std::vector<double> z;
-    const int n = *b.elements_through;
-    for (int i = 0; i <= n; ++i) z.push_back(-0.5 * t + t * i / n);
-    return z;
-  }
-  if (t <= 2 * d) {
-    const int n = elements_along(spec, b, t, fine, spec.mode == io::Mode::sph ? 1 : 2);
+  if (b.elements_through || t <= 2 * d) {
+    const int n = b.elements_through ? *b.elements_through : elements_along(spec, b, t, fine, spec.mode == io::Mode::sph ? 1 : 2);
     std::vector<double> z;
     for (int i = 0; i <= n; ++i) z.push_back(-0.5 * t + t * i / n);
     return z;
@@ -228,6 +223,36 @@ static std::vector<double> through(const io::Case& spec, const io::BodySpec& b, 
   g.focus = focus;
   g.coarse = 12 * fine;
   return graded(spec, b, -0.5 * t, 0.5 * t, g);
+}
+
+/// Does a body whose line of flight meets a plate's near face here strike it, with more than its edge?
+static bool strikes(const io::BodySpec& striker, const io::BodySpec& plate, const Vec3& at) {
+  const double radius = 0.5 * extent(striker).maxCoeff();
+  return std::abs(at[0]) < 0.5 * plate.size[0] + radius && std::abs(at[1]) < 0.5 * plate.size[1] + radius;
+}
+
+/// Half-width of the fine mesh along one of a plate's own axes, `half` that of a sphere that strikes it square at `local` [m].
+static double fine_half(const io::Case& spec, std::size_t body, int axis, const Vec3& local, double half) {
+  const auto& b = spec.bodies[body];
+  const auto shot_number = static_cast<std::size_t>(projectile_of(spec));
+  const auto& shot = spec.bodies[shot_number];
+  const Vec3 own_axis = rotation(b).col(axis);
+  // an oblique shot spreads along the plate's tilt
+  if (std::abs(flight(spec).dot(own_axis)) > 1e-9) half /= std::max(0.3, std::abs(flight(spec).dot(b.normal.normalized())));
+  if (body == shot_number || b.fine_radius) return half;
+  if (shot.shape != Shape::sphere) {  // what flies may be wider than it is thick
+    const core::Mat3 turn = rotation(shot);
+    double wide = 0;
+    for (int a = 0; a < 3; ++a) wide += 0.5 * extent(shot)[a] * std::abs(turn.col(a).dot(own_axis));
+    half += std::max(0.0, wide - 0.5 * smallest_extent(shot));
+  }
+  for (std::size_t o = 0; o < spec.bodies.size(); ++o) {  // others that strike it
+    const io::BodySpec& other = spec.bodies[o];
+    if (o == body || o == shot_number || other.velocity.isZero(0) || !((b.center - middle(other)).dot(other.velocity - b.velocity) > 0)) continue;
+    if (const Vec3 at = struck_at(spec, body, o); strikes(other, b, at))
+      half = std::max(half, std::abs(at[axis] - local[axis]) + 1.5 * smallest_extent(other));
+  }
+  return half;
 }
 
 static PlateGrid plate_grid(const io::Case& spec, std::size_t body) {
@@ -241,48 +266,28 @@ static PlateGrid plate_grid(const io::Case& spec, std::size_t body) {
   const int k = found == order.end() ? -1 : static_cast<int>(found - order.begin());
   const Vec3 hit = where_struck(spec, body);
   const auto shot_number = static_cast<std::size_t>(projectile_of(spec));
-  const auto meets = [&](std::size_t striker, const Vec3& at) {  // with more than its edge
-    const double radius = 0.5 * extent(spec.bodies[striker]).maxCoeff();
-    return std::abs(at[0]) < 0.5 * b.size[0] + radius && std::abs(at[1]) < 0.5 * b.size[1] + radius;
-  };
+  const auto& shot = spec.bodies[shot_number];
   Vec3 local = body == shot_number ? Vec3(Vec3::Zero()) : struck_at(spec, body, shot_number);
-  if (k < 0 && !meets(shot_number, local)) local.setZero();
+  if (k < 0 && !strikes(shot, b, local)) local.setZero();
   const double distance = k > 0 ? (hit - where_struck(spec, static_cast<std::size_t>(order[0]))).norm() : 0;
   const auto [fine, half] = fineness(spec, b, k, distance);
-  const auto& shot = spec.bodies[static_cast<std::size_t>(projectile_of(spec))];
-  const double d = smallest_extent(shot);
-  const double cosine = std::max(0.3, std::abs(flight(spec).dot(b.normal.normalized())));
   PlateGrid g;
   g.fine = fine;
-  const core::Mat3 turn = rotation(b);
   for (int axis = 0; axis < 2; ++axis) {
     fem::Grading grading;
     grading.fine = fine;
-    // an oblique shot spreads along the plate's tilt
-    grading.fine_half = std::abs(flight(spec).dot(turn.col(axis))) > 1e-9 ? half / cosine : half;
+    grading.fine_half = fine_half(spec, body, axis, local, half);
     grading.focus = local[axis];
     grading.coarse = coarsest * fine;
-    if (body != shot_number && !b.fine_radius) {  // what flies may be wider than it is thick
-      const core::Mat3 own_shot = rotation(shot);
-      double wide = 0;
-      for (int a = 0; a < 3; ++a) wide += 0.5 * extent(shot)[a] * std::abs(own_shot.col(a).dot(turn.col(axis)));
-      if (shot.shape != Shape::sphere) grading.fine_half += std::max(0.0, wide - 0.5 * d);
-    }
-    for (std::size_t o = 0; o < spec.bodies.size() && body != shot_number && !b.fine_radius; ++o) {  // others that strike it
-      const io::BodySpec& other = spec.bodies[o];
-      if (o == body || o == shot_number || other.velocity.isZero(0) || !((b.center - middle(other)).dot(other.velocity - b.velocity) > 0)) continue;
-      if (const Vec3 at = struck_at(spec, body, o); meets(o, at))
-        grading.fine_half = std::max(grading.fine_half, std::abs(at[axis] - local[axis]) + 1.5 * smallest_extent(other));
-    }
     const double edge = b.size[axis];
     const bool cut = own.plane[static_cast<std::size_t>(axis)];
     auto& line = axis == 0 ? g.x : g.y;
     line = graded(spec, b, cut ? 0.0 : -0.5 * edge, 0.5 * edge, grading);
   }
   // the face that is struck; of what flies the leading one; the line of flight where that enters through a side
-  const double across = flight(spec).dot(turn.col(2)), ahead = static_cast<int>(body) == projectile_of(spec) ? 0.5 : -0.5;
+  const double across = flight(spec).dot(rotation(b).col(2)), ahead = body == shot_number ? 0.5 : -0.5;
   const double focus = std::abs(across) < 1e-9 ? std::clamp(local[2], -0.5 * b.size[2], 0.5 * b.size[2]) : std::copysign(b.size[2], across) * ahead;
-  g.z = through(spec, b, fine, half, d, focus, own.plane[2]);
+  g.z = through(spec, b, fine, half, smallest_extent(shot), focus, own.plane[2]);
   return g;
 }
 

@@ -24,6 +24,8 @@
 #include <immintrin.h>
 #endif
 
+#include "core/packed_lanes.hpp"
+
 namespace core::EJECTA_ISA {
 namespace {
 
@@ -101,16 +103,6 @@ inline float greatest(Floats a) {
   return _mm_cvtss_f32(_mm_max_ss(two, _mm_shuffle_ps(two, two, 1)));
 }
 inline int count(Bits m) { return __builtin_popcount(m); }
-struct Packing {  // for each set of lanes the lanes that are in it, in order
-  std::uint64_t lane[256];
-  constexpr Packing() : lane{} {
-    for (unsigned m = 0; m < 256; ++m)
-      for (unsigned b = 0, at = 0; b < 8; ++b)
-        if (m >> b & 1) lane[m] |= std::uint64_t{b} << (8 * at++);
-  }
-};
-constexpr Packing packing;
-inline Ints packed_lanes(Bits m) { return _mm256_cvtepu8_epi32(_mm_loadu_si64(&packing.lane[m])); }
 inline void store_some(float* to, Bits m, Floats a) {
   _mm256_storeu_ps(to, _mm256_permutevar8x32_ps(a, packed_lanes(m)));
 }

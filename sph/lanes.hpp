@@ -10,6 +10,7 @@
 #endif
 
 #include "core/isa.hpp"
+#include "core/packed_lanes.hpp"
 
 namespace sph::EJECTA_ISA {
 
@@ -399,24 +400,13 @@ template <class L, class T>
 }
 
 #if defined(__AVX2__) && !defined(__AVX512F__)
-/// [bits] lanes whose bit is set among eight, ascending, a byte each.
-struct LanesOfBits {
-  std::uint64_t lanes[256];
-  constexpr LanesOfBits() : lanes{} {
-    for (unsigned bits = 0; bits < 256; ++bits)
-      for (unsigned l = 0, n = 0; l < 8; ++l)
-        if (bits >> l & 1) lanes[bits] |= std::uint64_t{l} << (8 * n++);
-  }
-};
-inline constexpr LanesOfBits lanes_of_bits;
-
-inline __m256i packed(unsigned bits, __m256i from) {
-  return _mm256_permutevar8x32_epi32(from, _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(static_cast<long long>(lanes_of_bits.lanes[bits]))));
-}
 inline void store_packed(void* to, unsigned bits, __m256i low, __m256i high) {
   const auto place = static_cast<std::uint32_t*>(to);
-  _mm256_storeu_si256(reinterpret_cast<__m256i*>(place), packed(bits & 0xff, low));
-  _mm256_storeu_si256(reinterpret_cast<__m256i*>(place + __builtin_popcount(bits & 0xff)), packed(bits >> 8, high));
+  const auto put = [](std::uint32_t* at, unsigned set, __m256i half) {
+    _mm256_storeu_si256(reinterpret_cast<__m256i*>(at), _mm256_permutevar8x32_epi32(half, core::EJECTA_ISA::packed_lanes(set)));
+  };
+  put(place, bits & 0xff, low);
+  put(place + __builtin_popcount(bits & 0xff), bits >> 8, high);
 }
 #endif
 

@@ -286,7 +286,7 @@ point = [0, 0, 0]
 normal = [0, 0, 1]
 )toml";
   for (const char* mode : {"run.mode=fem", "run.mode=erosion", "run.mode=hybrid"}) {
-    auto s = small_case::begin({mode}, anvil.c_str());
+    auto s = small_case::begin({mode}, anvil);
     small_case::run(*s, 100000);
     EXPECT_EQ(s->contact.leaks, 0u) << mode;
     EXPECT_LT(std::abs(s->ledger.energy_error), 1e-9) << mode;
@@ -324,7 +324,7 @@ strength = { model = "none" }
 )toml";
   double kinetic[2];
   for (const bool sleeps : {false, true}) {
-    auto s = small_case::begin({"body.1.material=gas", sleeps ? "run.sleep=exact" : "run.sleep=off"}, (small_case::text + gas).c_str());
+    auto s = small_case::begin({"body.1.material=gas", sleeps ? "run.sleep=exact" : "run.sleep=off"}, small_case::text + gas);
     small_case::run(*s, 40);
     kinetic[sleeps] = s->ledger.now.kinetic;
   }

@@ -80,7 +80,7 @@ center = ["0 mm", "0 mm", "-6 mm"]
 material = "Al2024-T351"
 )";
   for (const char* mode : {"hybrid", "sph"}) {
-    auto s = small_case::begin({std::string("run.mode=\"") + mode + "\"", "run.elements_across=6", "run.sleep=\"off\""}, text.c_str());
+    auto s = small_case::begin({std::string("run.mode=\"") + mode + "\"", "run.elements_across=6", "run.sleep=\"off\""}, text);
     while (s->time < 1.2e-6) {
       app::choose_step(*s, 1.2e-6);
       app::step(*s);
