@@ -17,6 +17,7 @@ using core::Vec3;
 
 constexpr int steps_ahead = 4;  // bodies that cannot meet for so many steps are not searched
 constexpr int most_sweeps = 100;
+constexpr int two_way_sweeps = 30;  // of those, in which impulses are taken back too
 
 /// Is there something that could strike something: more than one body, particles and elements, or walls?
 static bool contact_possible(const fem::Mesh& mesh, const sph::Particles& particles, const std::vector<Wall>& walls) {
@@ -161,6 +162,7 @@ struct ActivePair {
   int image = 0;             ///< of the point
   std::uint32_t tested = 0;  ///< count of changes when it was last tested
   Exchange exchange;
+  Meeting last;              ///< the one that was last met with an impulse
   bool operator<(const ActivePair& o) const {
     return std::tie(face_key, point_key) < std::tie(o.face_key, o.point_key);
   }
@@ -220,7 +222,7 @@ static std::vector<ActivePair> detect(const Matter& a, const std::vector<Candida
     each_image(a, p, a.dt, [&](int image) {
       const Vec3 x = seen(*p.x, image), v = seen(*p.v, image);
       if (swept.reaches(x, v) && meet(a.mesh.nodes, f.node, x, v, a.dt, strict).found)
-        found.push_back({f.face.element * std::uint64_t{6} + f.face.face, key(point, image), pairs[k], image, 0, {}});
+        found.push_back({f.face.element * std::uint64_t{6} + f.face.face, key(point, image), pairs[k], image, 0, {}, {}});
     });
   });
   std::sort(met.begin(), met.end());
@@ -253,21 +255,49 @@ static double approach_step(const Matter& a, const ContactLists& l, const Candid
   return closing_part * std::min(std::sqrt(area), depth) / closing;
 }
 
-/// One pass over the pairs in order; returns how many still met.
+/// Takes back what of a pair's impulses is more than it needs, now that others have pushed its sides as well. Without this
+/// the first pairs of a sweep push nodes off, which come back within a few steps, and where meshes are unlike that drives
+/// the hourglass motion of the elements behind them.
+static bool take_back(const Matter& a, const PointRef& p, const FaceNodes& node, ActivePair& pair) {
+  Exchange& e = pair.exchange;
+  if (e.on_point.isZero(0)) return false;
+  const auto& n = a.mesh.nodes;
+  const Meeting& m = pair.last;
+  const double spare = gap_at_end(n, node, m.triangle, seen(*p.x, pair.image), seen(*p.v, pair.image), a.dt) - m.target;
+  if (!(spare > m.slack)) return false;
+  double opening = m.normal.dot(seen(fem::free_part(e.on_point, p.fixed), pair.image)) / p.m;  // that the impulses make [m/s]
+  for (std::size_t k = 0; k < 4; ++k)
+    opening -= m.weight[k] * m.normal.dot(fem::free_part(e.on_corner[k], n.fixed[node[k]])) / n.m[node[k]];
+  if (!(opening > 0)) return false;
+  const double kept = std::max(0.0, 1 - spare / (a.dt * opening));
+  push(a, p, (kept - 1) * e.on_point / p.m);
+  e.on_point *= kept;
+  for (std::size_t k = 0; k < 4; ++k) {
+    push(a, node_ref(a, node[k]), (kept - 1) * e.on_corner[k] / n.m[node[k]]);
+    e.on_corner[k] *= kept;
+  }
+  return true;
+}
+
+/// One pass over the pairs in order; returns how many changed their impulse.
 static std::size_t sweep(const Matter& a, std::vector<ActivePair>& active, const ContactSettings& settings,
-                         const ContactLists& l) {
-  std::size_t met = 0;
+                         const ContactLists& l, bool two_way) {
+  std::size_t changed = 0;
   for (ActivePair& pair : active) {
     const PointRef p = point_ref(a, l.points[pair.candidate.point]);
     const FaceNodes& node = l.faces[pair.candidate.face].node;
     if (std::max(*p.changed, last_change(a, node)) <= pair.tested) continue;
     pair.tested = a.changes.count;
     const Meeting m = meet(a.mesh.nodes, node, seen(*p.x, pair.image), seen(*p.v, pair.image), a.dt, false);
-    if (!m.found) continue;
-    ++met;
-    apply(a, p, pair.image, node, m, settings, pair.exchange);
+    if (m.found) {
+      pair.last = m;
+      apply(a, p, pair.image, node, m, settings, pair.exchange);
+      ++changed;
+    } else if (two_way) {
+      changed += take_back(a, p, node, pair);
+    }
   }
-  return met;
+  return changed;
 }
 
 /// An impulse on one point that has no single partner: of a rigid wall, or within an impact zone.
@@ -459,7 +489,7 @@ static void resolve_faces(const Matter& a, const std::vector<Wall>& walls, const
     const auto since = a.changes.count;
     for (int k = 0; k < 20 && sweeps < most_sweeps; ++k, ++sweeps) {
       const auto before = a.changes.count;
-      const std::size_t pairs = sweep(a, x.active, settings, c.lists);
+      const std::size_t pairs = sweep(a, x.active, settings, c.lists, sweeps < two_way_sweeps);
       if (stop_changed_at_walls(a, walls, settings.friction, before, x.walls) + pairs == 0) break;
     }
     met = detect(a, changed_pairs(a, c.lists, since), false, c);

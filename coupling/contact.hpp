@@ -4,7 +4,7 @@
 // kick and drift, every pair whose motion over the coming step would end behind a face gets an inelastic impulse along the
 // face's normal that lets it close the gap but for a small margin, and no more: nothing is ever pushed out, so no energy
 // is fed in, and whatever the stiffness nothing tunnels. Impulses are equal and opposite (mass split to the corners by the
-// shape functions of the point of contact), applied in a fixed order until no pair is left that would cross.
+// shape functions of the point of contact), swept in a fixed order, and taken back where others have made them needless, until no pair is left that would cross.
 // Sources: velocity-level unilateral contact with a gap, Moreau (1988) and Stewart & Trinkle, IJNME 39 (1996) 2673, eqs
 // 8-11 (without restitution); projected Gauss-Seidel.
 #pragma once

@@ -62,6 +62,7 @@ static bool meets(const Triangle& t, const Triangle& v, const Corner& before, co
   const double gap_0 = n0.dot(p - t.c) / area2;
   if (gap_0 < (strict ? -1e-9 : -1e-3) * margin) return false;  // already behind this sheet's plane: not from outside
   m.target = strict ? 0.0 : std::max(0.0, std::min(gap_0, margin));
+  m.slack = 0.5 * margin;
   const Triangle end = moved(t, v, dt);
   const Vec3 n1 = end.normal();
   const double end_norm = n1.norm();
@@ -120,11 +121,19 @@ Meeting meet(const fem::Nodes& n, const FaceNodes& node, const Vec3& x, const Ve
     if (best.found && best.gap_end <= m.gap_end) continue;
     best = m;
     best.found = true;
+    best.triangle = k;
     best.weight.fill(0.25 * (1 - w[0] - w[1]));
     best.weight[k] += w[0];
     best.weight[(k + 1) % 4] += w[1];
   }
   return best;
+}
+
+double gap_at_end(const fem::Nodes& n, const FaceNodes& node, std::size_t triangle, const Vec3& x, const Vec3& v, double dt) {
+  const auto end = [&](std::size_t k) -> Vec3 { return n.x[node[k]] + dt * n.v[node[k]]; };
+  const Vec3 centre = 0.25 * (end(0) + end(1) + end(2) + end(3));
+  const Triangle t{end(triangle), end((triangle + 1) % 4), centre};
+  return t.normal().normalized().dot(x + dt * v - centre);
 }
 
 FaceSweep face_sweep(const fem::Nodes& n, const FaceNodes& node, double dt) {

@@ -108,6 +108,29 @@ TEST(BlockImpact, WhatMeetsFlatIsNotPushedSideways) {
   }
 }
 
+TEST(BlockImpact, UnlikeMeshesPressedTogetherDoNotRing) {
+  // Eight elements on ten, free to slide: behind both shocks the state of the Hugoniot, up to the interface, and no hourglassing.
+  rig::Rig r;
+  r.add(block(0.01 * a, 15, 8), scene::aluminium(), [](const Vec3&) { return Vec3(0, 0, -1000); });
+  r.add(block(-15.2 * a, 19, 10, 0, 0.8 * a), scene::aluminium(), [](const Vec3&) { return Vec3(0, 0, 1000); });
+  for (const int d : {0, 1}) r.fix(1 << d, [&](const Vec3& x) { return std::abs(x[d]) > 3.999 * a; });  // uniaxial as a whole
+  r.begin();
+  run(r, 0.2e-6);  // the shocks have passed 1.1 of 1.5 mm
+  const double hugoniot = 2785 * (5328 + 1.338 * 1000) * 1000;
+  double p = 0, square = 0;
+  int counted = 0;
+  const auto& e = r.s->mesh.elements;
+  for (std::size_t el = 0; el < e.size(); ++el) {
+    const Vec3 x = fem::centre(r.s->mesh, el, r.s->mesh.nodes.x);
+    if (!e.alive[el] || std::abs(x[2]) > 6 * a) continue;
+    p += e.pt.p[el], square += e.pt.p[el] * e.pt.p[el], ++counted;
+  }
+  p /= counted;
+  EXPECT_NEAR(p, hugoniot, 0.01 * hugoniot);
+  EXPECT_LT(std::sqrt(square / counted - p * p), 0.02 * p);
+  EXPECT_LT(r.s->ledger.hourglass, 5e-4 * r.s->ledger.initial.kinetic);
+}
+
 TEST(BlockImpact, BooksStayClosedUntilTheyPart) {
   rig::Rig r;
   r.add(block(0.02 * a, 4, 4, a / 3), scene::aluminium(), [](const Vec3&) { return Vec3(3, 0, -200); });
