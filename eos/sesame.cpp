@@ -57,14 +57,42 @@ class Isotherms {
   std::vector<MonotoneCubic> p_, e_;
 };
 
+double cold_of(const SesameTable& t, double rho) {
+  const auto at = detail::place(t, std::clamp(rho, t.rho_min, t.rho_max));
+  const double* b = t.base.data() + static_cast<std::size_t>(at.column) * SesameTable::n_base;
+  return detail::hermite(at.a, b[0], b[3], b[1], b[4]).value;
+}
+
+/// On the coldest isotherm energy rises by the integral of (p - T dp/dT)/rho^2: told apart from it are pressures in Mbar or
+/// TPa and energies in J/kg, which nothing in a file says.
+void check_units(const Isotherms& isotherms, const std::vector<double>& T, double rho_n, const std::string& name) {
+  constexpr int n = 32;
+  constexpr double squeezed = 1.5;
+  double work = 0, heat = 0, e[2] = {0, 0};
+  for (int i = 0; i <= n; ++i) {  // Simpson
+    const double rho = rho_n * (1 + (squeezed - 1) * i / n);
+    const Column c = isotherms(rho);
+    const double weight = (i == 0 || i == n ? 1 : i % 2 ? 4 : 2) * (squeezed - 1) * rho_n / (3 * n) / (rho * rho);
+    work += weight * c.p[0], heat += weight * T[0] * (c.p[1] - c.p[0]) / (T[1] - T[0]);
+    if (i % n == 0) e[i / n] = c.e[0];
+  }
+  if (std::abs(e[1] - e[0] - (work - heat)) > 0.5 * (std::abs(work) + std::abs(heat)))
+    throw core::CaseError(name + ": pressures and energies do not belong together: from 1 to 1.5 times the normal density at " + std::to_string(T[0]) +
+                          " K energy rises by " + std::to_string((e[1] - e[0]) * 1e-6) + " MJ/kg, the work of the pressure is " +
+                          std::to_string((work - heat) * 1e-6) + " MJ/kg; valid: GPa, MJ/kg, g/cm3, K");
+}
+
 struct Rest {
   double rho, e;
 };
 
 /// The condensed state at T_0 without pressure: downwards from the normal density to where p falls to zero.
 Rest find_rest(const SesameTable& t, double T_0, const std::string& name) {
+  if (T_0 < t.source_T.front() || T_0 > t.source_T.back())
+    throw core::CaseError(name + ": has isotherms from " + std::to_string(t.source_T.front()) + " to " + std::to_string(t.source_T.back()) +
+                          " K; T_0 = " + std::to_string(T_0) + " K, of the material at rest, must be among them");
   const auto energy = [&](double rho) {  // T rises with e
-    double lo = -1e12, hi = 1e12;
+    double lo = cold_of(t, rho), hi = 1e12;
     for (int i = 0; i < 200; ++i) {
       const double mid = 0.5 * (lo + hi);
       (detail::table_state(t, rho, mid).temperature < T_0 ? lo : hi) = mid;
@@ -86,12 +114,6 @@ Rest find_rest(const SesameTable& t, double T_0, const std::string& name) {
   throw core::CaseError(name + ": no state without pressure at " + std::to_string(T_0) + " K between 0.7 and 1.25 times the normal density " +
                         std::to_string(t.rho_n) + " kg/m3; valid: a T_0 within the table, " + std::to_string(t.source_T.front()) +
                         " to " + std::to_string(t.source_T.back()) + " K, at which the material is condensed");
-}
-
-double cold_of(const SesameTable& t, double rho) {
-  const auto at = detail::place(t, std::clamp(rho, t.rho_min, t.rho_max));
-  const double* b = t.base.data() + static_cast<std::size_t>(at.column) * SesameTable::n_base;
-  return detail::hermite(at.a, b[0], b[3], b[1], b[4]).value;
 }
 
 double hottest(const SesameTable& t, double rho) {
@@ -117,6 +139,7 @@ SesameTable invert(const SesameGrid& g, double rho_n, const std::string& name) {
   t.u_min = to_u(t.rho_min / rho_n);
   t.du = (to_u(t.rho_max / rho_n) - t.u_min) / (n_columns - 1);
   const Isotherms isotherms(g, densities, temperatures);
+  check_units(isotherms, t.source_T, rho_n, name);
 
   std::vector<Column> all;
   std::vector<double> u, cold;

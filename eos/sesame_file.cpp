@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "eos/sesame_file.hpp"
 
+#include <cctype>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -72,6 +73,13 @@ class Reader {
     return true;
   }
 
+  std::string beginning() const {
+    std::string text = text_.substr(0, 40);
+    for (char& c : text)
+      if (!std::isprint(static_cast<unsigned char>(c))) c = '?';
+    return '"' + text + '"';
+  }
+
   /// The number after "NAME =" in an upper-case header.
   long after(const char* name) const {
     const auto at = text_.find(name);
@@ -92,8 +100,8 @@ class Reader {
     } else {
       std::istringstream s(text_);
       int file = -1;
-      if (!(s >> file)) fail("not a record header: \"" + text_.substr(0, 40) + "\"");
-      if (file == 2) return false;  // end of the file
+      if (!(s >> file)) fail("not a record header: " + beginning());
+      if (file == 2) return next_header(h);  // end of a file; files are joined as they are
       bool read = static_cast<bool>(s >> h.material >> h.record >> h.words);
       if (!read || h.record > 9999) {  // fields of 2, 6, 6, 6 characters that touch
         read = text_.size() >= 20;
@@ -101,7 +109,7 @@ class Reader {
         h.material = static_cast<int>(field(2, 6)), h.record = static_cast<int>(field(8, 6)), h.words = field(14, 6);
       }
       if (!read || h.material <= 0 || h.record <= 0)
-        fail("not a record header: \"" + text_.substr(0, 40) + "\"; valid: file number, material, record, word count, or RECORD "
+        fail("not a record header: " + beginning() + "; valid: file number, material, record, word count, or RECORD "
              "TYPE = ... NWDS = ...");
       h.width = 15, h.index = false;
     }

@@ -146,6 +146,13 @@ TEST(SesameFile, ErrorsSayWhereAndWhatIsValid) {
   EXPECT_NE(message(f.write(text), 900013).find("density number 2"), std::string::npos);
 }
 
+TEST(SesameFile, ReadsFilesThatWereJoined) {
+  const Folder f;
+  expect_small_table(eos::read_sesame(f.write(std::string(" 0  4270   201     5   r\n 2.90000000E+01 6.35460000E+01 8.93000000E+00 1.40000000E+02 "
+                                                          "0.00000000E+0011111\n 2\n") + cards), 3717), 0);
+  EXPECT_NE(message(f.write("\x1b[2J\xff no table"), 1).find("header: \"?[2J? no table\""), std::string::npos);
+}
+
 TEST(SesameFile, SumsIonsAndElectrons) {
   const Folder f;
   std::string text = cards;
@@ -181,6 +188,29 @@ TEST(Sesame, RestIsWithoutPressureAndEnergy) {
   const auto s = eos::state(m, m.rho_0, 0.0);
   EXPECT_EQ(s.p, 0);  // not round-off: what rests may sleep
   EXPECT_NEAR(s.temperature, 300, 0.01);
+}
+
+TEST(Sesame, RestIsAmongTheIsotherms) {
+  auto m = model(solid());
+  const double coldest = m.table->source_T.front();
+  m.rho_0 = 0, m.T_0 = coldest;
+  eos::prepare(m);
+  EXPECT_NEAR(m.e_ref, cold_e(m.rho_0 / rho_n) + cv * coldest, 1);
+  for (const double T : {0.5 * coldest, 1e7}) {
+    m.T_0 = T;
+    EXPECT_THROW(eos::prepare(m), core::CaseError) << T;
+  }
+}
+
+TEST(Sesame, WrongUnitsAreRefused) {
+  for (const double p : {1e-3, 1e-2, 1e9}) {  // TPa, Mbar, Pa in place of GPa
+    auto g = solid();
+    for (double& x : g.p) x *= p;
+    EXPECT_THROW(eos::invert(g, rho_n, "test"), core::CaseError) << p;
+  }
+  auto g = solid();
+  for (double& x : g.e) x *= 1e6;
+  EXPECT_THROW(eos::invert(g, rho_n, "test"), core::CaseError);
 }
 
 TEST(Sesame, InversionAgreesWithTheClosedForm) {
