@@ -302,7 +302,7 @@ SesameMaterial WideRange::table() const {
   out.bulk_modulus = m_.rho_0 * m_.c_0 * m_.c_0;
   SesameGrid g;
   for (double eta = table_rho_min; eta < 0.5; eta *= 1.15) g.rho.push_back(eta * m_.rho_0);
-  for (double eta = 0.5; eta < 1.7; eta += 0.0125) g.rho.push_back(eta * m_.rho_0);
+  for (double eta = 0.5; eta < 1.7 - 1e-9; eta += 0.0125) g.rho.push_back(eta * m_.rho_0);
   for (double eta = 1.7; eta < table_rho_max; eta *= 1.02) g.rho.push_back(eta * m_.rho_0);
   g.rho.push_back(table_rho_max * m_.rho_0);
   for (const double T : {20.0, 50.0, 100.0, 150.0, 200.0, 250.0, T_rest}) g.T.push_back(T);
@@ -336,13 +336,14 @@ SesameMaterial WideRange::table() const {
       g.f[at] = (1 - share) * h.f[s] + share * h.f[s + 1];
     }
   });
+  for (double& f : g.f) f -= e_rest_;  // e = F + T S holds with the zero of e
   SesameVapour v;
   for (std::size_t k = 0; k < g.T.size(); ++k) {
     const Bounds& b = dome[k];
     if (!(b.rho_vapour > 1e-30) || g.T[k] < m_.T_melt) continue;
     const Value l = phase(b.rho_liquid, g.T[k], false), gas = phase(b.rho_vapour, g.T[k], false);
     v.T.push_back(g.T[k]), v.p.push_back(b.p), v.rho_liquid.push_back(b.rho_liquid), v.rho_vapour.push_back(b.rho_vapour);
-    v.e_liquid.push_back(l.e), v.e_vapour.push_back(gas.e), v.f_liquid.push_back(l.f), v.f_vapour.push_back(gas.f);
+    v.e_liquid.push_back(l.e), v.e_vapour.push_back(gas.e), v.f_liquid.push_back(l.f - e_rest_), v.f_vapour.push_back(gas.f - e_rest_);
   }
   out.grids[301] = std::move(g);
   out.vapour = std::move(v);

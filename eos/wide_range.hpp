@@ -56,7 +56,7 @@ class WideRange {
   explicit WideRange(const Metal& metal);
 
   struct Value {
-    double f, e, p;  ///< [J/kg] from rest (298 K), [J/kg], [Pa]
+    double f, e, p;  ///< [J/kg] from the cold solid at rho_0, [J/kg] from rest (298 K), [Pa]
   };
   /// One phase at (rho, T): `solid` or fluid, whether or not it is the stable one.
   Value phase(double rho, double T, bool solid) const;

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -137,6 +138,20 @@ TEST(WideRange, ThreeModelsAgainstShockData) {
     EXPECT_LT(std::abs(of_tillotson), 0.08);  // its published constants
   }
   EXPECT_GT(compared, 20);
+}
+
+TEST(WideRange, FreeEnergyHasTheZeroOfEnergy) {
+  const auto& g = aluminium().source.grids.at(301);
+  const std::size_t n = g.rho.size(), i = std::lower_bound(g.rho.begin(), g.rho.end(), 2699.0) - g.rho.begin();
+  const std::size_t k = std::lower_bound(g.T.begin(), g.T.end(), 298.0) - g.T.begin();
+  // 28.30 J/(mol K) at 298.15 K (Chase, NIST-JANAF Thermochemical Tables, 1998)
+  EXPECT_NEAR((g.e[k * n + i] - g.f[k * n + i]) / g.T[k], 28.30 / 0.02698154, 0.03 * 28.30 / 0.02698154);
+  for (std::size_t j = k; j + 1 < g.T.size() && g.T[j + 1] < 900; ++j) {  // e is the derivative of F/T by 1/T
+    const double e = (g.f[(j + 1) * n + i] / g.T[j + 1] - g.f[j * n + i] / g.T[j]) / (1 / g.T[j + 1] - 1 / g.T[j]);
+    EXPECT_GT(e, g.e[j * n + i]) << g.T[j];
+    EXPECT_LT(e, g.e[(j + 1) * n + i]) << g.T[j];
+  }
+  for (std::size_t j = 1; j < n; ++j) EXPECT_GT(g.rho[j], g.rho[j - 1] * (1 + 1e-6));
 }
 
 TEST(WideRange, TableIsFiniteAndItsEnergyRises) {
