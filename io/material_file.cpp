@@ -272,7 +272,10 @@ Variant read_variant(const Node& group, const std::string& path, const std::stri
 }
 
 void read_damage(const Node& group, const std::string& path, material::Material& m) {
-  if (model_of(group, path, {"none", "johnson_cook"}) == "none") return;
+  if (model_of(group, path, {"none", "johnson_cook"}) == "none") {
+    Table(group, path, {"model", "source", "note"});
+    return;
+  }
   material::JohnsonCookDamage damage;
   if (const auto* strength = std::get_if<material::JohnsonCook>(&m.strength)) {
     damage.rate_0 = strength->rate_0;
@@ -293,8 +296,13 @@ void read_plain(const Node* group, const std::string& path, const std::string& n
 
 void check_phase(const material::Material& m, const Node* group, const std::string& path) {
   const std::array<double, 4> e{m.e_melt, m.e_melted, m.e_vapour, m.e_vaporised};
-  if (!std::is_sorted(e.begin(), e.end()))
-    toml_reader::fail(group->where, path, "must rise: e_melt <= e_melted <= e_vapour <= e_vaporised");
+  constexpr std::array<const char*, 4> key{"e_melt", "e_melted", "e_vapour", "e_vaporised"};
+  for (std::size_t k = 1; k < e.size(); ++k)
+    if (e[k - 1] > e[k])
+      toml_reader::fail(group->where, path, e[k - 1] < absent ? fmt::format("{} = {:g} J/kg is above {} = {:g} J/kg; must rise: {}", key[k - 1], e[k - 1],
+                                                                            key[k], e[k], fmt::join(key, " <= "))
+                                                              : fmt::format("{} is missing; {} needs it, since they rise: {}", key[k - 1], key[k],
+                                                                            fmt::join(key, " <= ")));
 }
 
 material::Material read_material(const Node& node, const std::string& name) {

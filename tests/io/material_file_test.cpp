@@ -177,6 +177,16 @@ TEST(MaterialFile, WrongOnesAreRefused) {
   expect_parts(error_of(fluid + "strength = { G = 1 }\n"), {"strength.model: is missing; one of none"});
 }
 
+TEST(MaterialFile, NoDamageHasNoConstants) {
+  const std::string base = "[materials.x]\nbase = \"Al2024-T351\"\n";
+  EXPECT_EQ(error_of(base + "damage = { model = \"none\", note = \"as in the paper\" }\n"), "accepted");
+  expect_parts(error_of(base + "damage = { model = \"none\", D1 = 0.3 }\n"), {"case.toml:3: materials.x.damage.D1: unknown key"});
+}
+
+TEST(MaterialFile, PhaseEnergiesThatAreMissingAreNamed) {
+  expect_parts(error_of(fluid + "phase = { e_vapour = \"1 MJ/kg\" }\n"), {"materials.x.phase: e_melted is missing; e_vapour needs it"});
+}
+
 TEST(MaterialFile, UnknownNameHasSuggestions) {
   try {
     io::find_material("Al2024-T35");
