@@ -338,6 +338,16 @@ int run(const io::Case& spec, const std::string& dir, bool force) {
   return conclude(*s, out, 0);
 }
 
+/// What f reads; a file that cannot be read stops no run that is under way: it is for the user to put right.
+template <class F>
+static auto reading(const std::string& advice, F&& f) {
+  try {
+    return f();
+  } catch (const core::GuardError& e) {
+    throw core::CaseError(fmt::format("{}; {}", e.what(), advice));
+  }
+}
+
 int resume(const std::string& dir) {
   const std::string checkpoint = dir + "/checkpoint.h5";
   if (!fs::exists(checkpoint))
@@ -345,7 +355,7 @@ int resume(const std::string& dir) {
   const FolderLock lock(dir);
   auto s = set_up(io::read_case(dir + "/case.toml"));
   begin(*s);
-  read_checkpoint(*s, checkpoint);
+  reading(fmt::format("start anew with: ejecta run CASE --out {} --force", dir), [&] { read_checkpoint(*s, checkpoint); });
   account(*s);
   // a run that was killed, or found the disk full, between its last state and its summary still owes the summary
   if (ended(*s)) {
@@ -356,6 +366,7 @@ int resume(const std::string& dir) {
     s->limit = {"end", 0, s->dt_old};
   }
   Output out = open_output(*s, dir, true);
+  if (fs::is_empty(dir + "/history.csv")) out.history.line(history_head);
   out.log.line(fmt::format("resumed at t = {:.6g} us, step {}", s->time * 1e6, s->steps));
   if (!out.snapshots.note().empty()) out.warn(out.snapshots.note());
   say(fmt::format("{}: going on at t = {:.4g} us, step {}\n", s->spec.title, s->time * 1e6, s->steps));
@@ -364,13 +375,19 @@ int resume(const std::string& dir) {
   return conclude(*s, out, before);
 }
 
+/// Of run.h5.
+static auto read_stored(const std::string& dir, auto&& f) {
+  return reading(fmt::format("finish the run with: ejecta resume {}", dir), f);
+}
+
 void measure_series(const std::string& dir) {
   if (!fs::exists(dir + "/run.h5")) throw core::CaseError(fmt::format("{}: holds no run.h5 to measure", dir));
   const auto s = set_up(io::read_case(dir + "/case.toml"));
+  const std::size_t n = read_stored(dir, [&] { return io::snapshot_times(dir).size(); });
   std::ofstream out(dir + "/measurements.csv");
   out << "time_s,key,value,unit\n";
-  for (int k = 0; k < static_cast<int>(io::snapshot_times(dir).size()); ++k) {
-    auto snapshot = io::read_snapshot(dir, k);
+  for (int k = 0; k < static_cast<int>(n); ++k) {
+    auto snapshot = read_stored(dir, [&] { return io::read_snapshot(dir, k); });
     measure::Scene scene = s->scene;
     const auto frozen = recall(snapshot, scene);
     for (const auto& v : measure_snapshot(std::move(snapshot), scene, frozen).values)
@@ -383,7 +400,7 @@ void measure_series(const std::string& dir) {
 std::string measure_again(const std::string& dir) {
   if (!fs::exists(dir + "/run.h5")) throw core::CaseError(fmt::format("{}: holds no run.h5 to measure", dir));
   const auto s = set_up(io::read_case(dir + "/case.toml"));
-  auto snapshot = io::read_snapshot(dir);
+  auto snapshot = read_stored(dir, [&] { return io::read_snapshot(dir); });
   measure::Scene scene = s->scene;
   const auto frozen = recall(snapshot, scene);
   const auto result = measure_snapshot(std::move(snapshot), scene, frozen);
