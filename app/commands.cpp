@@ -5,6 +5,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cstdio>
 #include <filesystem>
 #include <thread>
 
@@ -31,6 +32,12 @@ struct Arguments {
 
 static void use_threads(int asked) {
   if (asked > 0) core::set_threads(asked);
+}
+
+/// For commands that only print: what did not get out is an error.
+static int printed() {
+  if (std::fflush(stdout) != 0 || std::ferror(stdout)) throw core::GuardError("the output cannot be written: no space left on the device?");
+  return 0;
 }
 
 static int run_case(const Arguments& a) {
@@ -60,7 +67,7 @@ static int check_case(const Arguments& a, bool with_cost) {
              : spec.mode == io::Mode::erosion ? "erosion"
              : spec.mode == io::Mode::sph     ? "particles from the start"
                                               : "elements only");
-  if (!with_cost) return 0;
+  if (!with_cost) return printed();
   begin(*s);
   double dt = 1e300;
   for (const double d : s->mesh.elements.dt) dt = std::min(dt, d);
@@ -72,7 +79,7 @@ static int check_case(const Arguments& a, bool with_cost) {
              c.seconds, core::threads(), core::threads() == 1 ? "" : "s", 100 * c.elements_seconds / c.seconds,
              100 * c.particles_seconds / c.seconds, 100 * c.contact_seconds / c.seconds, c.bytes / (1 << 30), cost.available / (1 << 30));
   fmt::print("# cost: from the same case {} across, {:.0f} % of its time, {:.1f} s\n", c.pilot_across, 100 * c.pilot_part, c.pilot_seconds);
-  return 0;
+  return printed();
 }
 
 static int list_materials(const std::string& name) {
@@ -81,16 +88,17 @@ static int list_materials(const std::string& name) {
       const auto material = io::find_material(m);
       fmt::print("{:<20} {:8.0f} kg/m3\n", m, material.rho_0);
     }
-    return 0;
+    return printed();
   }
   const auto material = io::find_material(name);
   fmt::print("{}\n", material.name);
   for (const auto& c : material.constants) fmt::print("  {:<28} {:<22} {}\n", c.key, c.value, c.source);
-  return 0;
+  return printed();
 }
 
 static int print_hugoniot(const std::string& name, const std::string& file) {
-  const auto m = file.empty() ? io::find_material(name) : io::find_material(name, file);
+  const bool folder = std::filesystem::is_directory(file);
+  const auto m = file.empty() ? io::find_material(name) : io::find_material(name, folder ? file + "/case.toml" : file);
   fmt::print("# principal Hugoniot of {}, rho_0 = {:g} kg/m3\n", name, m.rho_0);
   fmt::print("{:>10} {:>10} {:>12} {:>12} {:>10} {:>12}\n", "up km/s", "Us km/s", "p GPa", "rho kg/m3", "T K", "e MJ/kg");
   for (double up = 250; up <= 8000; up += 250) {
@@ -105,7 +113,7 @@ static int print_hugoniot(const std::string& name, const std::string& file) {
     fmt::print("{:10.3f} {:10.3f} {:12.4f} {:12.1f} {:10.0f} {:12.4f}\n", up * 1e-3, h.Us * 1e-3, h.p * 1e-9, h.rho, h.temperature,
                h.e * 1e-6);
   }
-  return 0;
+  return printed();
 }
 
 /// Writes the wide-range table of a metal and prints what a case says to use it.
@@ -126,11 +134,28 @@ static int make_table(const std::string& name, const std::string& out, int numbe
              io::toml_reader::toml_string(std::filesystem::path(file).filename().string()), table.number);
   fmt::print("phase = {{ e_melt = \"{:.4g} MJ/kg\", e_melted = \"{:.4g} MJ/kg\", e_vapour = \"{:.4g} MJ/kg\", e_vaporised = \"{:.4g} MJ/kg\" }}\n",
              e.melt * 1e-6, e.melted * 1e-6, e.vapour * 1e-6, e.vaporised * 1e-6);
-  return 0;
+  return printed();
+}
+
+/// The words of the command line, last first as CLI11 wants them, with a --set before every override: "--set a=1 b=2 CASE" leaves
+/// CASE alone.
+static std::vector<std::string> words_of(int argc, char** argv) {
+  std::vector<std::string> words;
+  bool overrides = false;
+  for (int i = 1; i < argc; ++i) {
+    const std::string word = argv[i];
+    const bool value = i > 1 && !words.empty() && words.back() == "--set";
+    const bool another = overrides && !word.starts_with('-') && word.find('=') != std::string::npos;
+    if (another && !value) words.push_back("--set");
+    overrides = value || another || word.starts_with("--set=");
+    words.push_back(word);
+  }
+  std::reverse(words.begin(), words.end());
+  return words;
 }
 
 int command_line(int argc, char** argv) {
-  CLI::App cli("Ejecta: hypervelocity impact with elements that become particles");
+  CLI::App cli("Ejecta: hypervelocity impact with elements that become particles", "ejecta");
   cli.require_subcommand(1);
   Arguments a;
   std::string material, file;
@@ -138,7 +163,7 @@ int command_line(int argc, char** argv) {
   const auto case_options = [&](CLI::App* c) {
     c->add_option("CASE", a.target, "case file, or the folder that holds case.toml")->required();
     c->add_option("--mode", a.mode, "hybrid | erosion | fem | sph, in place of run.mode");
-    c->add_option("--set", a.set, "key=value in place of what the case says, e.g. run.end=\"5 us\"")->take_all();
+    c->add_option("--set", a.set, "key=value in place of what the case says, e.g. run.end=\"5 us\"")->take_all()->allow_extra_args(false);
     c->add_option("--threads", a.threads, "number of threads (default: all)")->check(CLI::Range(1, 1024));
   };
   auto* c_run = cli.add_subcommand("run", "run a case");
@@ -147,8 +172,8 @@ int command_line(int argc, char** argv) {
   c_run->add_flag("--force", a.force, "overwrite an existing output folder");
   c_run->callback([&] { code = run_case(a); });
   auto* c_resume = cli.add_subcommand("resume", "continue from the last checkpoint");
-  c_resume->add_option("DIR", a.target)->required();
-  c_resume->add_option("--threads", a.threads)->check(CLI::Range(1, 1024));
+  c_resume->add_option("DIR", a.target, "output folder of a run")->required();
+  c_resume->add_option("--threads", a.threads, "number of threads (default: all)")->check(CLI::Range(1, 1024));
   c_resume->callback([&] {
     use_threads(a.threads);
     code = resume(a.target);
@@ -159,7 +184,7 @@ int command_line(int argc, char** argv) {
   c_check->add_flag("--no-cost", no_cost, "without the predicted cost, which takes a few seconds of trial runs");
   c_check->callback([&] { code = check_case(a, !no_cost); });
   auto* c_measure = cli.add_subcommand("measure", "the measurements again, from the stored state");
-  c_measure->add_option("DIR", a.target)->required();
+  c_measure->add_option("DIR", a.target, "output folder of a run")->required();
   bool series = false;
   c_measure->add_flag("--series", series, "every snapshot as well, into DIR/measurements.csv");
   c_measure->callback([&] {
@@ -167,11 +192,11 @@ int command_line(int argc, char** argv) {
     if (series) measure_series(a.target);
   });
   auto* c_materials = cli.add_subcommand("materials", "the library: constants, units, sources");
-  c_materials->add_option("NAME", material);
+  c_materials->add_option("NAME", material, "a material; without it all names");
   c_materials->callback([&] { code = list_materials(material); });
   auto* c_hugoniot = cli.add_subcommand("hugoniot", "Hugoniot of a material");
-  c_hugoniot->add_option("MATERIAL", material)->required();
-  c_hugoniot->add_option("--case", file, "case file whose [materials] are known as well");
+  c_hugoniot->add_option("MATERIAL", material, "a material of the library, or with --case of the case")->required();
+  c_hugoniot->add_option("--case", file, "case file, or the folder that holds case.toml, whose [materials] are known as well");
   c_hugoniot->callback([&] { code = print_hugoniot(material, file); });
   auto* c_eos = cli.add_subcommand("eos", "tables of equations of state");
   c_eos->require_subcommand(1);
@@ -205,7 +230,7 @@ int command_line(int argc, char** argv) {
                  fmt::join(names, ", "));
       return 2;
     }
-    cli.parse(argc, argv);
+    cli.parse(words_of(argc, argv));
   } catch (const CLI::ParseError& e) {
     return cli.exit(e) == 0 ? 0 : 2;
   } catch (const core::CaseError& e) {

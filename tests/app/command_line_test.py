@@ -6,9 +6,12 @@
 Only the standard library; h5py compares states where it is installed.
 """
 import csv
+import glob
 import json
 import os
+import re
 import resource
+import shlex
 import shutil
 import signal
 import subprocess
@@ -239,6 +242,42 @@ class Messages(Folder):
         for key, says in (("run.ned=1", ["run.ned", "end"]), ("end=1", ["end"]), ("run.end", ["run.end"]),
                           ('run.end="3 mm"', ["end", "3 mm"]), ("body.bumber.thickness=1", ["bumber", "bumper"])):
             self.refused("run", "case.toml", "--out", self.out, "--set", key, says=["--set", *says])
+
+    def test_an_override_before_the_case(self):
+        """--set takes what assigns something, and leaves the case alone."""
+        for order in (["--set", "run.end=0.1 us", "case.toml"], ["--set", "run.end=0.1 us", "run.cfl=0.5", "case.toml"],
+                      ["case.toml", "--set", "run.end=0.1 us", "run.cfl=0.5"], ["--set=run.end=0.1 us", "case.toml", "--set", "run.cfl=0.5"]):
+            r = self.ejecta("check", "--no-cost", *order)
+            self.assertEqual(r.returncode, 0, r.stderr)
+            self.assertIn("\nend = 1e-07\n", r.stdout)
+            self.assertEqual("\ncfl = 0.5\n" in r.stdout, "run.cfl=0.5" in order)
+        self.refused("check", "--set", "case.toml", says=["CASE is required"])
+
+    def test_files_of_a_run_that_cannot_be_read(self):
+        self.assertEqual(self.ejecta("run", "case.toml", "--out", "run", "--set", 'run.end="0.05 us"').returncode, 0)
+        case, checkpoint, h5 = (os.path.join(self.dir, "run", name) for name in ("case.toml", "checkpoint.h5", "run.h5"))
+        with open(checkpoint, "rb") as f:
+            whole = f.read()
+        for damaged in (b"", whole[:1000], whole[:-1], b"no checkpoint" * 100):
+            with open(checkpoint, "wb") as f:
+                f.write(damaged)
+            self.refused("resume", "run", says=["checkpoint.h5: cannot be read", "start anew with: ejecta run CASE --out run --force"])
+        shutil.copy(h5, checkpoint)
+        self.refused("resume", "run", says=["is no checkpoint of Ejecta"])
+        os.truncate(h5, 3000)
+        for more in ([], ["--series"]):
+            self.refused("measure", "run", *more, says=["run.h5: cannot be read", "finish the run with: ejecta resume run"])
+        # without its history a run begins a new one, head and all
+        with open(checkpoint, "wb") as f:
+            f.write(whole)
+        os.remove(os.path.join(self.dir, "run", "history.csv"))
+        with open(case) as f:
+            text = f.read()
+        with open(case, "w") as f:
+            f.write(text.replace("\nend = 5e-08\n", "\nend = 1e-07\n"))
+        self.assertEqual(self.ejecta("resume", "run").returncode, 0)
+        with open(os.path.join(self.dir, "run", "history.csv")) as f:
+            self.assertGreater(float(next(csv.DictReader(f))["time_s"]), 5e-8)
 
     def test_unknown_names(self):
         self.refused("materials", "Al2024", says=["Al2024-T351"])
@@ -485,6 +524,19 @@ material = "Al2024-T351"
         up, us = next((row[0], row[1]) for row in rows if abs(row[0] - 2) < 1e-6)
         self.assertAlmostEqual(us, 5.328 + 1.338 * up, delta=0.02 * us)
 
+    def test_examples_of_the_documents(self):
+        """Every `ejecta run cases/...` of README.md, docs/ and cases/ is a case that can be run."""
+        root = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+        texts = []
+        for path in [os.path.join(root, "README.md"), *glob.glob(root + "/docs/*.md"), *glob.glob(root + "/cases/*/README.md")]:
+            with open(path) as f:
+                texts.append(f.read())
+        examples = {m for text in texts for m in re.findall(r"^    (?:build/)?ejecta run (cases/[^&#\n]*?)(?:  |&&|$)", text, re.M)}
+        self.assertGreater(len(examples), 6)
+        for example in sorted(examples):
+            r = subprocess.run([PROGRAM, "check", "--no-cost", *shlex.split(example)], cwd=root, capture_output=True, text=True, timeout=100)
+            self.assertEqual(r.returncode, 0, example + r.stderr)
+
     def test_help(self):
         r = self.ejecta("--help")
         self.assertEqual(r.returncode, 0)
@@ -628,6 +680,13 @@ class FullDisk(Folder):
         r = self.ejecta("resume", self.out)
         self.assertEqual(r.returncode, 0, r.stdout + r.stderr)
 
+    def test_printing(self):
+        for command in (["materials"], ["materials", "Be"], ["hugoniot", "Be"], ["check", "case.toml", "--no-cost"]):
+            with open("/dev/full", "w") as full:
+                r = subprocess.run([PROGRAM, *command], cwd=self.dir, stdout=full, stderr=subprocess.PIPE, text=True, timeout=100)
+            self.assertEqual(r.returncode, 3, command)
+            self.assertIn("space", r.stderr)
+
     def test_ulimit(self):
         # as from a shell: nobody told the program to ignore SIGXFSZ
         r = self.ejecta("run", "case.toml", "--out", self.out,
@@ -727,6 +786,7 @@ eos = { model = "sesame", file = "al.ses", number = 77 }
     def test_hugoniot(self):
         r = self.ejecta("hugoniot", "al", "--case", "case.toml")
         self.assertEqual(r.returncode, 0, r.stderr)
+        self.assertEqual(self.ejecta("hugoniot", "al", "--case", self.dir).stdout, r.stdout)
         row = next(line.split() for line in r.stdout.splitlines() if line.split()[0] == "4.000")
         # Us = 5350 + 1.34 up of the table's 2700 kg/m3, scaled to 2785: Us' = sqrt(k) ..., k = 2700/2785, up' = up/sqrt(k)
         k = 2700 / 2785
