@@ -56,7 +56,7 @@ void measure_crater(const Plate& plate, Result& result) {
   add(result, plate.name + ".crater_lip_height", lip_height(plate.held, face), "m");
 
   // The plane of the front face cuts a dished wall along the dish's rim, wherever its crater ends.
-  if (bulge(plate) > dished_part * depth) return;
+  if (plate.opening.through || bulge(plate) > dished_part * depth) return;
   std::vector<char> sunk(heights.size());
   for (std::size_t k = 0; k < heights.size(); ++k) sunk[k] = heights[k] < face - least_depth * plate.window.size;
   const Patch crater = largest_patch(columns, sunk);

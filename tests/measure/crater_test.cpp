@@ -66,3 +66,16 @@ TEST(Crater, OfADishedWallHasNoDiameter) {
   EXPECT_NEAR(get(r, "wall.crater_depth"), 2.5 * mm, 0.05 * mm);
   EXPECT_NEAR(get(r, "wall.bulge"), 2 * mm, 1e-9);
 }
+
+TEST(Crater, APerforatedPlateHasNoDiameterHoweverCleanItsHole) {
+  Block b = plate(20 * mm, mm, 80, 4);
+  b.keep = [](const Vec3& x) { return std::hypot(x.x(), x.y()) > 3 * mm; };
+  measure::Matter m;
+  add_block(m, b);
+  measure::Scene s = scene_at();
+  add_plate(s, "bumper", 20 * mm, mm);
+  const measure::Result r = measure::measure(m, s);
+  EXPECT_EQ(get(r, "bumper.perforated"), 1);
+  EXPECT_FALSE(find(r, "bumper.crater_depth"));
+  EXPECT_FALSE(find(r, "bumper.crater_diameter"));
+}
