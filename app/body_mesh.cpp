@@ -39,10 +39,22 @@ static double projectile_edge(const io::Case& spec) {
   return shot.element_size.value_or(smallest_extent(shot) / spec.elements_across);
 }
 
+Vec3 at_rest(const io::Case& spec) {
+  const auto is_plate = [](const io::BodySpec& b) { return b.shape == Shape::plate || b.shape == Shape::box; };
+  if (!spec.walls.empty() || std::none_of(spec.bodies.begin(), spec.bodies.end(), is_plate)) return Vec3::Zero();
+  const auto width = [](const io::BodySpec& b) { return extent(b)[0] * extent(b)[1]; };
+  const io::BodySpec* widest = &spec.bodies.front();
+  for (const auto& b : spec.bodies)
+    if (width(b) > width(*widest) || (width(b) == width(*widest) && b.velocity.norm() < widest->velocity.norm())) widest = &b;
+  return widest->velocity;
+}
+
 int projectile_of(const io::Case& spec) {
+  const Vec3 rest = at_rest(spec);
+  const auto speed = [&](std::size_t b) { return (spec.bodies[b].velocity - rest).norm(); };
   std::size_t best = 0;
   for (std::size_t b = 1; b < spec.bodies.size(); ++b)
-    if (spec.bodies[b].velocity.norm() > spec.bodies[best].velocity.norm()) best = b;
+    if (speed(b) > speed(best)) best = b;
   return static_cast<int>(best);
 }
 
@@ -67,14 +79,20 @@ static core::Symmetry own_planes(const io::Case& spec, const io::BodySpec& b) {
 
 Vec3 middle(const io::BodySpec& b) { return b.center + rotation(b) * b.deck_middle; }
 
-static Vec3 flight(const io::Case& spec) {
-  const Vec3 v = spec.bodies[static_cast<std::size_t>(projectile_of(spec))].velocity;
+/// The projectile's velocity as seen from a body; from what is at rest where the two fly together.
+static Vec3 approach(const io::Case& spec, const io::BodySpec& b) {
+  const Vec3 shot = spec.bodies[static_cast<std::size_t>(projectile_of(spec))].velocity;
+  return shot == b.velocity ? Vec3(shot - at_rest(spec)) : Vec3(shot - b.velocity);
+}
+
+static Vec3 flight(const io::Case& spec, const io::BodySpec& b) {
+  const Vec3 v = approach(spec, b);
   return v.isZero(0) ? Vec3(0, 0, -1) : Vec3(v.normalized());
 }
 
 Vec3 where_struck(const io::Case& spec, std::size_t body) {
   const auto& b = spec.bodies[body];
-  const Vec3 n = b.normal.normalized(), from = middle(spec.bodies[static_cast<std::size_t>(projectile_of(spec))]), v = flight(spec);
+  const Vec3 n = b.normal.normalized(), from = middle(spec.bodies[static_cast<std::size_t>(projectile_of(spec))]), v = flight(spec, b);
   const double side = v.dot(n) > 0 ? -1 : 1;
   const double along = v.dot(n), thickness = extent(b)[2];
   if (std::abs(along) < 1e-9) return b.center;
@@ -85,7 +103,7 @@ Vec3 where_struck(const io::Case& spec, std::size_t body) {
 static Vec3 struck_at(const io::Case& spec, std::size_t body, std::size_t striker) {
   const auto &b = spec.bodies[body], &s = spec.bodies[striker];
   const core::Mat3 own = rotation(b).transpose();
-  const Vec3 from = own * (middle(s) - b.center), v = own * (s.velocity.isZero(0) ? flight(spec) : Vec3(s.velocity - b.velocity));
+  const Vec3 from = own * (middle(s) - b.center), v = own * (s.velocity == b.velocity ? flight(spec, b) : Vec3(s.velocity - b.velocity));
   if (std::abs(v[2]) < 1e-9 * v.norm() || v.isZero(0)) return Vec3::Zero();
   return from + v * ((-std::copysign(0.5 * extent(b)[2], v[2]) - from[2]) / v[2]);
 }
@@ -93,7 +111,7 @@ static Vec3 struck_at(const io::Case& spec, std::size_t body, std::size_t strike
 bool struck_from_side(const io::Case& spec, std::size_t body) {
   const auto& b = spec.bodies[body];
   const core::Mat3 own = rotation(b).transpose();
-  const Vec3 from = own * (middle(spec.bodies[static_cast<std::size_t>(projectile_of(spec))]) - b.center), along = own * flight(spec);
+  const Vec3 from = own * (middle(spec.bodies[static_cast<std::size_t>(projectile_of(spec))]) - b.center), along = own * flight(spec, b);
   std::array<double, 3> enters{};
   for (int axis = 0; axis < 3; ++axis)
     enters[static_cast<std::size_t>(axis)] = std::abs(along[axis]) < 1e-9 ? -1e300 : (-std::copysign(0.5 * extent(b)[axis], along[axis]) - from[axis]) / along[axis];
@@ -102,23 +120,26 @@ bool struck_from_side(const io::Case& spec, std::size_t body) {
 
 std::vector<int> plates_in_order(const io::Case& spec) {
   const int shot = projectile_of(spec);
-  const Vec3 from = middle(spec.bodies[static_cast<std::size_t>(shot)]), v = flight(spec);
+  const Vec3 from = middle(spec.bodies[static_cast<std::size_t>(shot)]), flies = spec.bodies[static_cast<std::size_t>(shot)].velocity;
+  const bool all_rest = flies == at_rest(spec);
   std::vector<std::pair<double, int>> met;
   for (std::size_t b = 0; b < spec.bodies.size(); ++b) {
     const auto& body = spec.bodies[b];
-    if (static_cast<int>(b) == shot || (body.shape != Shape::plate && body.shape != Shape::box)) continue;
+    if (static_cast<int>(b) == shot || (body.velocity == flies && !all_rest) || (body.shape != Shape::plate && body.shape != Shape::box)) continue;
     const core::Mat3 own = rotation(body).transpose();
+    const Vec3 v = flight(spec, body);
     const Vec3 hit = where_struck(spec, b), local = own * (hit - body.center), start = own * (from - body.center), along = own * v;
     if (std::abs(local[0]) > 0.5 * body.size[0] || std::abs(local[1]) > 0.5 * body.size[1]) continue;
     bool beside = false;  // the line runs along the body and past it
     for (int axis = 0; axis < 3; ++axis) beside = beside || (std::abs(along[axis]) < 1e-9 && std::abs(start[axis]) > 0.5 * body.size[axis]);
     if (beside) continue;
-    met.push_back({v.dot(hit - from), static_cast<int>(b)});
+    const double speed = approach(spec, body).norm();
+    met.push_back({v.dot(hit - from) / (speed > 0 ? speed : 1), static_cast<int>(b)});
   }
   std::sort(met.begin(), met.end());
   std::vector<int> order;
-  for (const auto& [distance, b] : met)
-    if (distance > 0) order.push_back(b);
+  for (const auto& [when, b] : met)
+    if (when > 0) order.push_back(b);
   return order;
 }
 
@@ -135,13 +156,15 @@ static double distance(const io::BodySpec& b, const Vec3& x) {
 /// Can anything get as far as this body before that time? Debris flies at most half as fast again as the fastest body,
 /// and a shock of an impact at that speed v runs at no more than the sound speed and three quarters of v.
 static bool reached(const io::Case& spec, const io::BodySpec& b, double time) {
+  const Vec3 rest = at_rest(spec);
   double sound = 0, fastest = 0, nearest = 1e300;
   for (const auto& m : spec.bodies) {
     const auto& material = spec.materials.at(m.material);
     sound = std::max(sound, material::sound_speed(material));
-    if (m.velocity.isZero(0) && m.spin.isZero(0)) continue;
+    const double speed = (m.velocity - rest).norm();
+    if (speed == 0 && m.spin.isZero(0)) continue;
     const double radius = 0.5 * extent(m).norm();
-    fastest = std::max(fastest, m.velocity.norm() + m.spin.norm() * radius);
+    fastest = std::max(fastest, speed + m.spin.norm() * radius);
     nearest = std::min(nearest, distance(b, middle(m)) - radius);
   }
   return fastest == 0 || nearest < std::max(1.5 * fastest, sound + 0.75 * fastest) * time;
@@ -238,7 +261,8 @@ static double fine_half(const io::Case& spec, std::size_t body, int axis, const 
   const auto& shot = spec.bodies[shot_number];
   const Vec3 own_axis = rotation(b).col(axis);
   // an oblique shot spreads along the plate's tilt
-  if (std::abs(flight(spec).dot(own_axis)) > 1e-9) half /= std::max(0.3, std::abs(flight(spec).dot(b.normal.normalized())));
+  const Vec3 along = flight(spec, b);
+  if (std::abs(along.dot(own_axis)) > 1e-9) half /= std::max(0.3, std::abs(along.dot(b.normal.normalized())));
   if (body == shot_number || b.fine_radius) return half;
   if (shot.shape != Shape::sphere) {  // what flies may be wider than it is thick
     const core::Mat3 turn = rotation(shot);
@@ -248,7 +272,7 @@ static double fine_half(const io::Case& spec, std::size_t body, int axis, const 
   }
   for (std::size_t o = 0; o < spec.bodies.size(); ++o) {  // others that strike it
     const io::BodySpec& other = spec.bodies[o];
-    if (o == body || o == shot_number || other.velocity.isZero(0) || !((b.center - middle(other)).dot(other.velocity - b.velocity) > 0)) continue;
+    if (o == body || o == shot_number || !((b.center - middle(other)).dot(other.velocity - b.velocity) > 0)) continue;
     if (const Vec3 at = struck_at(spec, body, o); strikes(other, b, at))
       half = std::max(half, std::abs(at[axis] - local[axis]) + 1.5 * smallest_extent(other));
   }
@@ -285,7 +309,7 @@ static PlateGrid plate_grid(const io::Case& spec, std::size_t body) {
     line = graded(spec, b, cut ? 0.0 : -0.5 * edge, 0.5 * edge, grading);
   }
   // the face that is struck; of what flies the leading one; the line of flight where that enters through a side
-  const double across = flight(spec).dot(rotation(b).col(2)), ahead = body == shot_number ? 0.5 : -0.5;
+  const double across = flight(spec, b).dot(rotation(b).col(2)), ahead = body == shot_number ? 0.5 : -0.5;
   const double focus = std::abs(across) < 1e-9 ? std::clamp(local[2], -0.5 * b.size[2], 0.5 * b.size[2]) : std::copysign(b.size[2], across) * ahead;
   g.z = through(spec, b, fine, half, smallest_extent(shot), focus, own.plane[2]);
   return g;
@@ -301,15 +325,15 @@ static fem::HexMesh placed(fem::HexMesh mesh, const io::BodySpec& b) {
 }
 
 /// Meshes of round bodies are inscribed in them, and 1.2 % too light with 20 elements across. In place, widened until the volume is that
-/// of the body as given; one that flies stands back by what its front gains, so that it touches what it touched.
-static fem::HexMesh filled_out(fem::HexMesh mesh, const io::BodySpec& b, core::Symmetry keep) {
+/// of the body as given; one that flies (`velocity`, as seen from what is at rest) stands back by what its front gains, so that it touches what it touched.
+static fem::HexMesh filled_out(fem::HexMesh mesh, const io::BodySpec& b, core::Symmetry keep, const Vec3& velocity) {
   const bool sphere = b.shape == Shape::sphere;
   const double d = b.diameter, whole = sphere ? core::pi / 6 * d * d * d : core::pi / 4 * d * d * b.length;
   const double lacks = whole / (keep.copies() * fem::quality(mesh).volume), wider = sphere ? std::cbrt(lacks) : std::sqrt(lacks);
   for (Vec3& x : mesh.x) x = x.cwiseProduct(Vec3(wider, wider, sphere ? wider : 1));
   mesh = placed(std::move(mesh), b);
-  if (b.velocity.isZero(0)) return mesh;
-  const Vec3 along = b.velocity.normalized(), own = rotation(b).transpose() * along;
+  if (velocity.isZero(0)) return mesh;
+  const Vec3 along = velocity.normalized(), own = rotation(b).transpose() * along;
   const double gains = (wider - 1) * 0.5 * d * (sphere ? 1 : std::hypot(own[0], own[1]));
   for (Vec3& x : mesh.x) x -= gains * along;
   return mesh;
@@ -321,13 +345,14 @@ static PlacedBody place(const io::Case& spec, std::size_t body) {
   const core::Symmetry keep = own_planes(spec, b);
   PlacedBody p;
   p.spec = &b;
+  const Vec3 flies = b.velocity - at_rest(spec);
   p.element_size = size;
   switch (b.shape) {
     case Shape::sphere: {
       const int n = elements_along(spec, b, b.diameter, size, 4);
       p.element_size = std::min(size, b.diameter / 4);
       p.count = 0.52 * std::pow(n, 3) / keep.copies();
-      p.make = [&b, n, keep] { return filled_out(fem::sphere(b.diameter, n, keep), b, keep); };
+      p.make = [&b, n, keep, flies] { return filled_out(fem::sphere(b.diameter, n, keep), b, keep, flies); };
       break;
     }
     case Shape::cylinder: {
@@ -337,7 +362,7 @@ static PlacedBody place(const io::Case& spec, std::size_t body) {
         if (std::abs(rotation(b)(axis, 2)) > 1 - 1e-12 && b.center[axis] == 0 && b.velocity[axis] == 0) along += along % 2;
       p.element_size = std::min(size, b.diameter / 4);
       p.count = 0.785 * n * n * along / keep.copies();
-      p.make = [&b, n, along, keep] { return filled_out(fem::cylinder(b.diameter, b.length, n, along, keep), b, keep); };
+      p.make = [&b, n, along, keep, flies] { return filled_out(fem::cylinder(b.diameter, b.length, n, along, keep), b, keep, flies); };
       break;
     }
     case Shape::plate:

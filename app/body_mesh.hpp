@@ -27,13 +27,17 @@ std::vector<PlacedBody> place_bodies(const io::Case& spec);
 /// Sets the size and the middle (of the box round it) and the element size (cube root of the mean volume) of bodies whose mesh is a file.
 void measure_decks(io::Case& spec);
 
-/// The body that flies: the fastest one (the first of equals).
+/// The velocity of what is struck, which decides about what flies: that of the widest body (the slowest of equals) where there are
+/// plates or boxes and no rigid walls, otherwise zero [m/s].
+core::Vec3 at_rest(const io::Case& spec);
+
+/// The body that flies: the fastest one as seen from what is at rest (the first of equals).
 int projectile_of(const io::Case& spec);
 
-/// Bodies that are at rest or slower and that the projectile's line of flight meets, in the order of meeting.
+/// Plates and boxes that the projectile's line of flight, as seen from each, meets, in the order of meeting.
 std::vector<int> plates_in_order(const io::Case& spec);
 
-/// Where the line of flight of the projectile meets the body's front face, or its centre where it does not [m].
+/// Where the line of flight of the projectile, as seen from the body, meets its front face as built, or its centre where it does not [m].
 core::Vec3 where_struck(const io::Case& spec, std::size_t body);
 
 /// Does the line of flight enter the body through another face than the front one?

@@ -55,16 +55,19 @@ static measure::Scene make_scene(const io::Case& spec, const std::vector<PlacedB
   scene.symmetry = spec.symmetry;
   scene.projectile = projectile_of(spec);
   const auto& shot = spec.bodies[static_cast<std::size_t>(scene.projectile)];
-  scene.impact_velocity = shot.velocity;
+  scene.plates = plates_in_order(spec);
+  scene.rest = scene.plates.empty() ? at_rest(spec) : spec.bodies[static_cast<std::size_t>(scene.plates[0])].velocity;
+  scene.impact_velocity = shot.velocity - scene.rest;
   scene.projectile_size = smallest_extent(shot);
   scene.element_size = placed[static_cast<std::size_t>(scene.projectile)].element_size;
+  const Vec3 rest = at_rest(spec);
   for (std::size_t b = 0; b < spec.bodies.size(); ++b) {
     const auto& body = spec.bodies[b];
     const auto& material = spec.materials.at(body.material);
     measure::BodyScene k;
     k.name = body.name;
     k.is_projectile = static_cast<int>(b) == scene.projectile;
-    k.is_plate = !k.is_projectile && (body.shape == io::Shape::plate || body.shape == io::Shape::box) && body.velocity.isZero(0);
+    k.is_plate = !k.is_projectile && (body.shape == io::Shape::plate || body.shape == io::Shape::box) && body.velocity == rest;
     k.center = body.center;
     k.normal = body.normal.normalized();
     k.velocity = body.velocity;
@@ -79,7 +82,6 @@ static measure::Scene make_scene(const io::Case& spec, const std::vector<PlacedB
     k.e_vapour = material.e_vapour, k.e_vaporised = material.e_vaporised;
     scene.bodies.push_back(k);
   }
-  scene.plates = plates_in_order(spec);
   for (const int b : scene.plates)
     if (struck_from_side(spec, static_cast<std::size_t>(b)))
       warnings.push_back(fmt::format("the line of flight enters body \"{}\" through a side: its craters, holes, bulge and impulse are those along its normal; "
@@ -91,14 +93,14 @@ static measure::Scene make_scene(const io::Case& spec, const std::vector<PlacedB
     scene.element_size = placed[static_cast<std::size_t>(scene.plates[0])].element_size;
     const std::string& struck = spec.bodies[static_cast<std::size_t>(scene.plates[0])].material;
     const auto &a = spec.materials.at(shot.material), &b = spec.materials.at(struck);
-    const double closing = std::abs((shot.velocity - spec.bodies[static_cast<std::size_t>(scene.plates[0])].velocity).dot(first.normal));
+    const double closing = std::abs(scene.impact_velocity.dot(first.normal));
     scene.peak_pressure_axis_hugoniot = eos::impact_pressure(a.eos, a.rho_0, b.eos, b.rho_0, closing);
     if (closing > 0 && !(scene.peak_pressure_axis_hugoniot > 0))
       warnings.push_back(fmt::format(
           "{} on {} at {:.4g} km/s compresses one of them beyond the range of its equation of state: pressures there are extrapolated and "
           "peak_pressure_hugoniot is left out; a model of wider range (tillotson, or a table from \"ejecta eos table\") would cover it",
           shot.material, struck, closing * 1e-3));
-    if (shot.shape == io::Shape::sphere && closing > 0.999 * (shot.velocity - spec.bodies[static_cast<std::size_t>(scene.plates[0])].velocity).norm())
+    if (shot.shape == io::Shape::sphere && closing > 0.999 * scene.impact_velocity.norm())
       scene.peak_pressure_jetting = eos::onset_of_jetting(a.eos, a.rho_0, b.eos, b.rho_0, closing).p;
   }
   return scene;
@@ -264,7 +266,6 @@ std::unique_ptr<Simulation> set_up(const io::Case& given) {
       e.pt.T[el] = temperature;
       e.pt.p[el] = 0;
       e.pt.c[el] = sound;
-      s->scene.bodies[b].initial_mass += e.pt.m[el] * spec.symmetry.copies();
     }
   }
   choose_settings(*s);

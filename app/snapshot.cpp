@@ -124,7 +124,7 @@ static double near_enough(const measure::Scene& scene, std::size_t k) {
   const auto wall = static_cast<std::size_t>(scene.plates[k + 1]);
   const auto& plate = scene.bodies[static_cast<std::size_t>(scene.plates[k])];
   const measure::PlateFrame frame = measure::plate_frame(scene, static_cast<int>(wall));
-  const double gap = frame.local(plate.center).z() - 0.5 * (plate.thickness + scene.bodies[wall].thickness);
+  const double gap = frame.local(measure::plate_frame(scene, scene.plates[k]).origin).z() - 0.5 * (plate.thickness + scene.bodies[wall].thickness);
   return 0.25 * std::min(scene.projectile_size, std::max(gap, 0.0));
 }
 
@@ -198,19 +198,20 @@ measure::Matter matter_of(io::Snapshot s) {
   return m;
 }
 
-/// Momentum of what is left of each body's own elements is no measure of its impulse; momentum of all its matter is.
+/// Momentum of what is left of each body's own elements is no measure of its impulse; momentum of all its matter is, against the
+/// velocity that the body began with.
 static void add_impulses(const Simulation& s, measure::Scene& scene) {
   const auto& e = s.mesh.elements;
   std::vector<Vec3> momentum(scene.bodies.size(), Vec3::Zero());
   for (std::size_t el = 0; el < e.size(); ++el)
-    if (e.alive[el]) momentum[e.body[el]] += e.pt.m[el] * fem::centre(s.mesh, el, s.mesh.nodes.v);
+    if (e.alive[el]) momentum[e.body[el]] += e.pt.m[el] * (fem::centre(s.mesh, el, s.mesh.nodes.v) - scene.bodies[e.body[el]].velocity);
   for (std::size_t i = 0; i < s.particles.size(); ++i)
-    momentum[s.particles.body[i]] += s.particles.pt.m[i] * s.particles.v[i];
+    momentum[s.particles.body[i]] += s.particles.pt.m[i] * (s.particles.v[i] - scene.bodies[s.particles.body[i]].velocity);
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
     Vec3 p = momentum[b];
     for (int d = 0; d < 3; ++d)
       if (s.spec.symmetry.plane[static_cast<std::size_t>(d)]) p[d] = 0;  // the other half cancels it
-    scene.bodies[b].impulse = p * s.spec.symmetry.copies() - scene.bodies[b].initial_mass * s.spec.bodies[b].velocity;
+    scene.bodies[b].impulse = p * s.spec.symmetry.copies();
   }
 }
 

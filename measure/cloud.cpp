@@ -240,12 +240,13 @@ std::vector<std::uint32_t> cloud_rows(const Whole& whole, const Scene& scene, st
   };
   Rows rows;
   for (std::uint32_t row = 0; row < whole.size(); ++row) {
-    if (!whole.debris[row] || whole.matter.v[row].dot(whole.flight) <= 0) continue;
+    const Vec3 v = whole.matter.v[row] - scene.bodies[plate].velocity;
+    if (!whole.debris[row] || v.dot(whole.flight) <= 0) continue;
     const Vec3 x = frame.local(whole.matter.x[row]);
     if (x.z() >= -frame.half.z()) continue;
     const int body = whole.matter.body[row];
     if (!built_before(scene, plate_index, body)) continue;
-    if (body != plate && (!came_through(frame, x, frame.axes * whole.matter.v[row]) || lies_in_dish(row, x))) continue;
+    if (body != plate && (!came_through(frame, x, frame.axes * v) || lies_in_dish(row, x))) continue;
     rows.push_back(row);
   }
   return rows;

@@ -76,7 +76,6 @@ struct BodyScene {
   core::Vec3 bar_axis{0, 0, 0};     ///< away from the wall, of a cylinder that strikes a rigid one end on; zero of others
   core::Vec3 extent{0, 0, 0};       ///< full edges in the body's own axes [m]
   double rho_0 = 0;                 ///< reference density; 0 where unknown: expanded particles then count as large [kg/m3]
-  double initial_mass = 0;          ///< of the whole body (all symmetry copies) [kg]
   double e_melt = 1e300, e_melted = 1e300, e_vapour = 1e300, e_vaporised = 1e300;  ///< see material::Material [J/kg]
   core::Vec3 impulse{0, 0, 0};      ///< momentum the body received so far, all copies [N s]
 };
@@ -85,8 +84,9 @@ struct Scene {
   std::vector<BodyScene> bodies;
   std::vector<int> plates;          ///< indices of bodies in the order in which the projectile's line of flight meets them
   int projectile = 0;               ///< index
-  core::Vec3 impact_velocity{0, 0, 0};  ///< projectile's [m/s]
-  core::Vec3 aim{0, 0, 0};          ///< where the line of flight meets the first plate's front face [m]
+  core::Vec3 rest{0, 0, 0};         ///< velocity that the first plate began with: all is measured as seen from there [m/s]
+  core::Vec3 impact_velocity{0, 0, 0};  ///< projectile's, as seen from there [m/s]
+  core::Vec3 aim{0, 0, 0};          ///< where the line of flight meets the first plate's front face as built [m]
   double projectile_size = 0;       ///< diameter [m]
   double element_size = 0;          ///< fine mesh of the first plate [m]
   std::span<const core::Vec3f> built; ///< centres of all elements as built [m]; empty where unknown; not owned
@@ -105,7 +105,7 @@ struct Value {
 /// One connected piece of debris.
 struct Fragment {
   double mass = 0, size = 0, temperature = 0;   ///< [kg] [m, diameter of the sphere of its volume] [K, mass mean]
-  core::Vec3 x{0, 0, 0}, v{0, 0, 0};            ///< centre of mass [m], velocity [m/s]
+  core::Vec3 x{0, 0, 0}, v{0, 0, 0};            ///< centre of mass [m], velocity [m/s], as seen from the first plate
   double projectile_fraction = 0;               ///< mass that came from the projectile [-]
   int n_points = 0;
   bool lone = false;                            ///< a single particle out of every kernel's reach

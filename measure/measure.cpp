@@ -8,6 +8,16 @@
 namespace measure {
 namespace {
 
+/// Brings matter to where it would be, and to the speeds it would have, had the first plate stood still from the start.
+void stand_still(Matter& matter, Scene& scene) {
+  const core::Vec3 velocity = std::exchange(scene.rest, core::Vec3::Zero()), flown = scene.time * velocity;
+  if (velocity.isZero(0)) return;
+  for (auto& x : matter.x.own) x -= flown;
+  for (auto& x : matter.node_x) x -= flown;
+  for (auto& v : matter.v.own) v -= velocity;
+  for (auto& body : scene.bodies) body.velocity -= velocity;
+}
+
 void measure_pressure(const Scene& scene, Result& result) {
   const auto put = [&](const char* key, double p) {
     if (p > 0) add(result, key, p, "Pa");
@@ -33,7 +43,9 @@ void add(Result& result, const std::string& key, double value, const std::string
   if (std::isfinite(value)) result.values.push_back({key, value, unit});
 }
 
-Result measure(Matter matter, const Scene& scene) {
+Result measure(Matter matter, const Scene& given) {
+  Scene scene = given;
+  stand_still(matter, scene);
   Whole whole = make_whole(std::move(matter), scene);
   whole.faces = bounding_faces(whole);
   Result result;
@@ -50,8 +62,10 @@ Result measure(Matter matter, const Scene& scene) {
   return result;
 }
 
-Result measure_cloud(Matter matter, const Scene& scene, std::size_t plate_index) {
+Result measure_cloud(Matter matter, const Scene& given, std::size_t plate_index) {
   Result result;
+  Scene scene = given;
+  stand_still(matter, scene);
   if (scene.impact_velocity.norm() <= 0 || plate_index >= scene.plates.size()) return result;
   const Whole whole = make_whole(std::move(matter), scene);
   measure_cloud_behind(whole, scene, plate_index, result);

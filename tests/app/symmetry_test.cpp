@@ -3,6 +3,8 @@
 // and a cloud of fragments amplifies round-off), so integral results are compared, at 1 us, eight elements across.
 #include <gtest/gtest.h>
 
+#include <map>
+
 #include "app/snapshot.hpp"
 #include "core/error.hpp"
 #include "tests/app/small_case.hpp"
@@ -134,6 +136,43 @@ TEST(Rotation, ATurnedSceneMayNameItsPlanes) {
   const auto z = shoot({});
   const auto quarter = shoot({"run.symmetry=[\"y\",\"z\"]"}, small_case::turned, 0);
   expect_close(quarter, z, 0.02, 0.08);
+}
+
+std::string moving(const Vec3& shot, const Vec3& bumper) {
+  std::string toml = small_case::text;
+  const auto velocity = [](const Vec3& v) { return "velocity = [" + std::to_string(v[0]) + ", " + std::to_string(v[1]) + ", " + std::to_string(v[2]) + "]\n"; };
+  const std::string given = "velocity = [\"0 km/s\", \"0 km/s\", \"-6 km/s\"]\n";
+  toml.replace(toml.find(given), given.size(), velocity(shot));
+  return toml + velocity(bumper);
+}
+
+TEST(Boost, AShotAtAPlateThatFliesIsTheShotAtOneAtRest) {
+  const auto measured = [](const std::string& toml, double end) {
+    auto s = small_case::begin({"run.symmetry=\"none\"", "run.sleep=\"off\""}, toml);
+    s->spec.end = end;
+    small_case::run(*s, 100000);
+    std::map<std::string, double> r;
+    for (const auto& v : app::measure_snapshot(app::take_snapshot(*s), app::scene_now(*s), s->frozen).values) r[v.key] = v.value;
+    return r;
+  };
+  const double early = 0.03e-6, late = 0.6e-6;  // before anything has been converted, and after
+  const auto still = measured(small_case::text, late), begun = measured(small_case::text, early);
+  for (const Vec3& v : {Vec3(0, 0, 2000), Vec3(3000, -500, 5000)}) {
+    const std::string toml = moving(Vec3(0, 0, -6000) + v, v);
+    const auto a = small_case::set_up({"run.symmetry=\"none\""}), b = small_case::set_up({"run.symmetry=\"none\""}, toml);
+    EXPECT_EQ(b->scene.projectile, 0);
+    EXPECT_EQ(b->scene.plates, a->scene.plates);
+    EXPECT_LT((b->scene.aim - a->scene.aim).norm(), 1e-15);
+    EXPECT_EQ(b->on_axis, a->on_axis);
+    ASSERT_EQ(b->mesh.nodes.size(), a->mesh.nodes.size());
+    for (std::size_t nd = 0; nd < a->mesh.nodes.size(); ++nd) EXPECT_LT((b->mesh.nodes.x[nd] - a->mesh.nodes.x[nd]).norm(), 1e-15);
+    const auto soon = measured(toml, early), r = measured(toml, late);
+    for (const char* key : {"bumper.impulse", "peak_pressure", "peak_pressure_max", "peak_pressure_hugoniot"})
+      EXPECT_NEAR(soon.at(key), begun.at(key), 1e-3 * begun.at(key)) << key;
+    const std::map<std::string, double> within{{"bumper.hole_diameter", 0.08}, {"cloud.mass", 0.03}, {"cloud.momentum", 0.03}, {"cloud.kinetic_energy", 0.03},
+                                               {"cloud.spray_half_angle", 0.05}, {"cloud.axial_velocity_front", 0.03}, {"cloud.length", 0.05}, {"fragments.mass", 0.03}};
+    for (const auto& [key, part] : within) EXPECT_NEAR(r.at(key), still.at(key), part * still.at(key)) << key;
+  }
 }
 
 TEST(Symmetry, QuartersOfAllBodiesLieOnThePositiveSide) {

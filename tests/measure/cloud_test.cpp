@@ -184,3 +184,47 @@ TEST(Cloud, DebrisThatLiesInTheDishOfAWallIsNotBehindIt) {
   add_plate(s, "wall", 20 * mm, mm);
   EXPECT_NEAR(get(measure::measure(m, s), "wall.debris_mass_behind") / one, 1, 1e-9);
 }
+
+TEST(Cloud, AVelocityOfTheWholeSceneChangesNothing) {
+  measure::Matter m;
+  measure::Scene s = scene_at();
+  Block b = plate(20 * mm, mm, 20, 2);
+  b.keep = [](const Vec3& x) { return x.head<2>().norm() > 3 * mm; };
+  add_block(m, b);
+  add_plate(s, "bumper", 20 * mm, mm);
+  b.body = add_plate(s, "wall", 20 * mm, mm, {0, 0, -30 * mm});
+  b.n[2] = 4;
+  b.keep = [](const Vec3& x) { return x.head<2>().norm() > 3 * mm || x.z() < -0.25 * mm; };
+  b.place = [](const Vec3& x) { return Vec3(x - Vec3(0, 0, 30 * mm)); };
+  add_block(m, b);
+  const Vec3 d(0, 0, -1);
+  add_cone(m, {0, 0, 0}, d, 20 * degree, 50, 5000, 15 * mm, 0.2 * mm, 0);
+  add_cone(m, {0, 0, 0}, d, 35 * degree, 40, 3000, 9 * mm, 0.3 * mm, 1);
+  add_cone(m, {0, 0, -30 * mm}, d, 5 * degree, 9, 2000, 5 * mm, 0.2 * mm, 1);
+  add_cone(m, {0, 0, -30 * mm}, d, 8 * degree, 9, 500, 3 * mm, 0.2 * mm, 2);
+  add_cone(m, {0, 0, 0}, -d, 50 * degree, 20, 900, 6 * mm, 0.2 * mm, 1);
+  const measure::Result still = measure::measure(m, s);
+  EXPECT_GT(get(still, "cloud.mass"), 0);
+  EXPECT_GT(get(still, "wall.cloud.mass"), 0);
+  EXPECT_GT(get(still, "ejecta.mass"), 0);
+  EXPECT_GT(get(still, "wall.crater_depth"), 0);
+
+  for (const Vec3& velocity : {Vec3(0, 0, 3000), Vec3(4000, -1500, 0), Vec3(-700, 900, 9000)}) {
+    measure::Matter moved = m;
+    measure::Scene as = s;
+    as.time = 5e-6, as.rest = velocity;
+    for (auto& x : moved.x.own) x += as.time * velocity;
+    for (auto& x : moved.node_x) x += as.time * velocity;
+    for (auto& v : moved.v.own) v += velocity;
+    for (auto& body : as.bodies) body.velocity = velocity;
+    const measure::Result r = measure::measure(moved, as);
+    ASSERT_EQ(r.values.size(), still.values.size());
+    for (const auto& v : still.values) EXPECT_NEAR(get(r, v.key), v.value, 1e-9 * std::abs(v.value) + 1e-12) << v.key;
+    ASSERT_EQ(r.fragments.size(), still.fragments.size());
+    for (std::size_t k = 0; k < r.fragments.size(); ++k) {
+      EXPECT_NEAR(r.fragments[k].mass, still.fragments[k].mass, 1e-9 * still.fragments[k].mass);
+      EXPECT_NEAR((r.fragments[k].v - still.fragments[k].v).norm(), 0, 1e-6);
+    }
+    for (const auto& v : measure::measure_cloud(moved, as, 1).values) EXPECT_NEAR(v.value, get(still, v.key), 1e-9 * std::abs(v.value) + 1e-12) << v.key;
+  }
+}
