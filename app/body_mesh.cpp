@@ -42,6 +42,8 @@ static double projectile_edge(const io::Case& spec) {
 Vec3 at_rest(const io::Case& spec) {
   const auto is_plate = [](const io::BodySpec& b) { return b.shape == Shape::plate || b.shape == Shape::box; };
   if (!spec.walls.empty() || std::none_of(spec.bodies.begin(), spec.bodies.end(), is_plate)) return Vec3::Zero();
+  for (const auto& b : spec.bodies)
+    if (is_plate(b) && b.velocity.isZero(0)) return Vec3::Zero();
   const auto width = [](const io::BodySpec& b) { return extent(b)[0] * extent(b)[1]; };
   const io::BodySpec* widest = &spec.bodies.front();
   for (const auto& b : spec.bodies)
