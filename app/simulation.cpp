@@ -257,7 +257,7 @@ void begin(Simulation& s) {
     std::vector<std::uint32_t> all;
     for (std::uint32_t el = 0; el < s.mesh.elements.size(); ++el)
       if (s.mesh.elements.alive[el]) all.push_back(el);
-    coupling::convert_elements(s.mesh, s.particles, all, s.spec.particles_per_edge);
+    coupling::fill_with_particles(s.mesh, s.particles, all, s.spec.particles_per_edge);
     s.mesh = fem::emptied(s.mesh);
   }
   if (s.sleep_threshold >= 0) fem::sleep_resting(s.mesh);

@@ -78,7 +78,8 @@ static void strain_rate(const fem::Mesh& mesh, std::size_t el, Vec3& stretch, Ve
   shear = 0.5 * inverse * Vec3(l[0][1] + l[1][0], l[1][2] + l[2][1], l[2][0] + l[0][2]);
 }
 
-static double convert(fem::Mesh& mesh, sph::Particles& p, std::size_t el, int n, std::size_t first) {
+/// The particles of one element, from row `first` on. Returns their kinetic energy [J].
+static double make_particles(fem::Mesh& mesh, sph::Particles& p, std::size_t el, int n, std::size_t first) {
   fem::Elements& e = mesh.elements;
   double kinetic = 0;
   const double mass = e.pt.m[el] / (n * n * n);
@@ -103,10 +104,15 @@ static double convert(fem::Mesh& mesh, sph::Particles& p, std::size_t el, int n,
     sph::set_smoothing_length(p, i);
     kinetic += 0.5 * mass * p.v[i].squaredNorm();
   }
-  double lost = corner_kinetic(mesh, el) - kinetic;
+  return kinetic;
+}
+
+static double convert(fem::Mesh& mesh, sph::Particles& p, std::size_t el, std::size_t first, int per_edge) {
+  const std::size_t each = static_cast<std::size_t>(per_edge * per_edge * per_edge);
+  double lost = corner_kinetic(mesh, el) - make_particles(mesh, p, el, per_edge, first);
   fem::remove_element(mesh, el, false);
   lost -= leave_to_neighbours(mesh, el, lost);
-  for (std::size_t k = first; k < i; ++k) p.pt.e[k] += lost / e.pt.m[el];
+  for (std::size_t k = first; k < first + each; ++k) p.pt.e[k] += lost / mesh.elements.pt.m[el];
   return lost;
 }
 
@@ -117,10 +123,20 @@ Removal convert_elements(fem::Mesh& mesh, sph::Particles& particles, std::span<c
   std::size_t next = particles.size();
   particles.resize(next + each * elements.size());
   for (const auto el : elements) {
-    r.conversion += convert(mesh, particles, el, per_edge, next);
+    r.conversion += convert(mesh, particles, el, next, per_edge);
     next += each;
   }
   return r;
+}
+
+void fill_with_particles(fem::Mesh& mesh, sph::Particles& particles, std::span<const std::uint32_t> elements, int per_edge) {
+  const std::size_t each = static_cast<std::size_t>(per_edge * per_edge * per_edge);
+  std::size_t next = particles.size();
+  particles.resize(next + each * elements.size());
+  for (const auto el : elements) {
+    make_particles(mesh, particles, el, per_edge, next);
+    next += each;
+  }
 }
 
 Removal erode_elements(fem::Mesh& mesh, std::span<const std::uint32_t> elements, bool keep_nodes) {

@@ -191,6 +191,24 @@ TEST(RigidRotationInSph, LedMotionLeavesNoStress) {
   EXPECT_LT(worst[3], 1e-11);
 }
 
+TEST(RigidRotationInSph, BodiesBeginAsTheyTurn) {
+  // v + omega x r of every particle, and no heat: bodies that were converted element by element span 2 to 4 % too fast, rims were off by 15 %.
+  const Vec3 omega(2000, -4000, 4000), drift(300, -200, 100);
+  for (const int per_edge : {1, 2, 3}) {
+    Rig r;
+    auto& s = *r.s;
+    s.spec.mode = io::Mode::sph;
+    s.spec.particles_per_edge = per_edge;
+    r.add(fem::box(line(-1, 1, 4), line(-1, 1, 4), line(-1, 1, 4)), aluminium(), [&](const Vec3& x) { return Vec3(omega.cross(x) + drift); });
+    r.begin();
+    ASSERT_EQ(s.particles.size(), 64u * static_cast<std::size_t>(per_edge * per_edge * per_edge));
+    for (std::size_t i = 0; i < s.particles.size(); ++i) {
+      EXPECT_LT((s.particles.v[i] - drift - omega.cross(s.particles.x[i])).norm(), 1e-12 * omega.norm());
+      EXPECT_EQ(s.particles.pt.e[i], 0);
+    }
+  }
+}
+
 TEST(RigidRotationInSph, FreeBlockKeepsItsShape) {
   Rig r;
   auto& s = *r.s;
