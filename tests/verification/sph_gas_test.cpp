@@ -63,8 +63,8 @@ TEST(SodInSph, ProfileAndOrder) { expect_profile_and_order(1.5); }
 TEST(SodInSph, DrawnCubicLattice) { expect_profile_and_order(1); }
 
 /// Kinetic energy of noise of every wavelength over the first, after each 60 of 600 steps.
-std::vector<double> noise(const material::Material& matter) {
-  std::mt19937 random(3);
+std::vector<double> noise(const material::Material& matter, unsigned seed) {
+  std::mt19937 random(seed);
   std::uniform_real_distribution<double> u(-1, 1);
   Column c(12, 0, 0.012, 4, matter, [&](const Vec3&) { return Vec3(u(random), u(random), u(random)); });
   auto& s = *c.rig.s;
@@ -80,16 +80,27 @@ std::vector<double> noise(const material::Material& matter) {
   return left;
 }
 
+/// The mean of several, since motion and pressure exchange energy in each.
+std::vector<double> noise(const material::Material& matter) {
+  constexpr unsigned n = 3;
+  std::vector<double> mean(11, 0.0);
+  for (unsigned seed = 1; seed <= n; ++seed) {
+    const auto one = noise(matter, seed);
+    for (std::size_t k = 0; k < mean.size(); ++k) mean[k] += one[k] / n;
+  }
+  return mean;
+}
+
 // A liquid holds a longer step than a gas: noise must die down all the same.
 TEST(LiquidInSph, NoiseDiesDownAtTheStableStep) {
   const auto left = noise(mie_grueneisen(2785, 5328, 1.338, 2.0));
-  for (std::size_t k = 1; k < left.size(); ++k) EXPECT_LT(left[k], 1.01 * left[k - 1]) << "after " << 60 * k << " steps";
-  EXPECT_LT(left.back(), 0.2);
+  for (std::size_t k = 1; k < left.size(); ++k) EXPECT_LT(left[k], left[k - 1] + 0.01) << "after " << 60 * k << " steps";
+  EXPECT_LT(left.back(), 0.05);
 }
 
 // A solid holds a longer one still. It rings: kinetic energy comes and goes.
 TEST(SolidInSph, NoiseDiesDownAtTheStableStep) {
-  const auto left = noise(elastic(2785, 79e9, 27e9));
+  const auto left = noise(elastic(2785, 79e9, 27e9), 3);
   EXPECT_LT(*std::max_element(left.begin() + 1, left.end()), 0.2);
   EXPECT_LT(left.back(), 0.01);
 }
