@@ -53,7 +53,8 @@ TEST(MaterialFile, EveryMaterialOfTheLibraryReadsAndStatesSources) {
     EXPECT_GT(m.rho_0, 50) << name;
     EXPECT_LT(m.rho_0, 25000) << name;
     EXPECT_GE(m.constants.size(), 3u) << name;
-    for (const auto& c : m.constants) EXPECT_FALSE(c.source.empty()) << name << " " << c.key;
+    for (const auto& c : m.constants)
+      EXPECT_TRUE(c.value == "none" || (!c.source.empty() && c.source.find(".toml") == std::string::npos)) << name << " " << c.key << ": a place is no source";
   }
 }
 
