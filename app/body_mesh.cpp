@@ -39,11 +39,12 @@ static double projectile_edge(const io::Case& spec) {
   return shot.element_size.value_or(smallest_extent(shot) / spec.elements_across);
 }
 
+bool is_box(const io::BodySpec& b) { return b.shape == Shape::plate || b.shape == Shape::box; }
+
 Vec3 at_rest(const io::Case& spec) {
-  const auto is_plate = [](const io::BodySpec& b) { return b.shape == Shape::plate || b.shape == Shape::box; };
-  if (!spec.walls.empty() || std::none_of(spec.bodies.begin(), spec.bodies.end(), is_plate)) return Vec3::Zero();
+  if (!spec.walls.empty() || std::none_of(spec.bodies.begin(), spec.bodies.end(), is_box)) return Vec3::Zero();
   for (const auto& b : spec.bodies)
-    if (is_plate(b) && b.velocity.isZero(0)) return Vec3::Zero();
+    if (is_box(b) && b.velocity.isZero(0)) return Vec3::Zero();
   const auto width = [](const io::BodySpec& b) { return extent(b)[0] * extent(b)[1]; };
   const io::BodySpec* widest = &spec.bodies.front();
   for (const auto& b : spec.bodies)
@@ -127,7 +128,7 @@ std::vector<int> plates_in_order(const io::Case& spec) {
   std::vector<std::pair<double, int>> met;
   for (std::size_t b = 0; b < spec.bodies.size(); ++b) {
     const auto& body = spec.bodies[b];
-    if (static_cast<int>(b) == shot || (body.velocity == flies && !all_rest) || (body.shape != Shape::plate && body.shape != Shape::box)) continue;
+    if (static_cast<int>(b) == shot || (body.velocity == flies && !all_rest) || !is_box(body)) continue;
     const core::Mat3 own = rotation(body).transpose();
     const Vec3 v = flight(spec, body);
     const Vec3 hit = where_struck(spec, b), local = own * (hit - body.center), start = own * (from - body.center), along = own * v;
@@ -478,7 +479,6 @@ static double overlap(const Filled& p, const Filled& q) {
 /// How far two boxes would have to be moved to part, 0 where they are apart (separating axes): thin plates that cross may have no
 /// point of one's samples in the other.
 static double boxes_overlap(const io::BodySpec& p, const io::BodySpec& q) {
-  const auto is_box = [](const io::BodySpec& b) { return b.shape == Shape::plate || b.shape == Shape::box; };
   if (!is_box(p) || !is_box(q)) return 0;
   const core::Mat3 a = rotation(p), b = rotation(q);
   const Vec3 apart = q.center - p.center;

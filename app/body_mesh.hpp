@@ -27,6 +27,9 @@ std::vector<PlacedBody> place_bodies(const io::Case& spec);
 /// Sets the size and the middle (of the box round it) and the element size (cube root of the mean volume) of bodies whose mesh is a file.
 void measure_decks(io::Case& spec);
 
+/// A plate or a box.
+bool is_box(const io::BodySpec& b);
+
 /// The velocity of what is struck, which decides about what flies: zero where there is a rigid wall, a plate or box at rest or none at
 /// all, otherwise that of the widest body (the slowest of equals) [m/s].
 core::Vec3 at_rest(const io::Case& spec);

@@ -67,7 +67,7 @@ static measure::Scene make_scene(const io::Case& spec, const std::vector<PlacedB
     measure::BodyScene k;
     k.name = body.name;
     k.is_projectile = static_cast<int>(b) == scene.projectile;
-    k.is_plate = !k.is_projectile && (body.shape == io::Shape::plate || body.shape == io::Shape::box) && body.velocity == rest;
+    k.is_plate = !k.is_projectile && is_box(body) && body.velocity == rest;
     k.center = body.center;
     k.normal = body.normal.normalized();
     k.velocity = body.velocity;
