@@ -103,7 +103,7 @@ static void add_pair_work(Simulation& s, const fem::StepTimes& times) {
   coupling::fill_foreign_velocities(s.mesh, s.bond, s.hood);
   sph::reflect_velocities(s.hood);
   sph::pair_work(s.particle_settings, times.kick, times.drift, s.correction, s.hood, s.particles, s.velocity_gradient);
-  coupling::add_heat(s.hood, s.bond, s.mesh);
+  coupling::add_heat(s.hood, s.bond, times.kick, s.mesh);
 }
 
 /// 7: elements past the criteria become particles or go.

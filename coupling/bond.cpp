@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "coupling/bond.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <span>
@@ -222,32 +223,39 @@ static std::span<const std::uint32_t> seam_of(const Bond& bond, std::size_t k) {
   return std::span(bond.seam_node).subspan(bond.seam_start[k], bond.seam_start[k + 1] - bond.seam_start[k]);
 }
 
-/// Correction of the kernel's gradient inside a cubic lattice (particle_forces.hpp): B = 1 / 0.98523 for h = 1.2 spacings.
-static const double lattice_correction = [] {
-  constexpr double h = sph::h_over_spacing;
-  double moment = 0;
-  for (int i = -2; i <= 2; ++i)
-    for (int j = -2; j <= 2; ++j)
-      for (int k = -2; k <= 2; ++k) moment -= sph::kernel_slope(std::sqrt(double(i * i + j * j + k * k)), h) * i * i;
-  return 1 / moment;
-}();
+/// The element's parent cube by its mean gradient, which hourglass motion leaves alone; a cube of its volume where that has collapsed.
+static sph::Frame frame_of(const fem::Mesh& mesh, std::size_t el, const Vec3& part) {
+  const fem::Elements& e = mesh.elements;
+  const double volume = e.pt.m[el] / e.pt.rho[el], edge = std::cbrt(volume);
+  core::Mat3 per_xi = core::Mat3::Zero();
+  for (int i = 0; i < 8; ++i) per_xi += 0.125 * mesh.nodes.x[static_cast<std::size_t>(e.node[el][static_cast<std::size_t>(i)])] * fem::corner(i).transpose();
+  constexpr double collapsed = 1e-3;
+  if (!(8 * per_xi.determinant() > collapsed * volume)) per_xi = 0.5 * edge * core::Mat3::Identity();
+  return {part, per_xi.inverse()};
+}
+
+/// Of the lattice that the parent cube's corners belong to.
+static Vec3 nearest_corner(const Vec3& xi) {
+  return 2 * (0.5 * xi).array().floor() + 1;
+}
 
 void fill_foreign(const fem::Mesh& mesh, const Bond& bond, sph::Neighbourhood& hood) {
   const fem::Elements& e = mesh.elements;
   const auto parts = static_cast<std::size_t>(bond.parts());
-  hood.anchor_spacing = bond.per_edge;
   hood.anchor_start.assign(bond.x.size() + 1, 0);
   for (std::size_t k = 0; k < bond.x.size(); ++k)
     hood.anchor_start[k + 1] = hood.anchor_start[k] + static_cast<std::uint32_t>(seam_of(bond, k / parts).size()) + 1;
-  hood.anchor_x.resize(hood.anchor_start.back());
+  hood.anchor_xi.resize(hood.anchor_start.back());
+  hood.frame.resize(bond.x.size());
   using sph::single;
   const double per_unit = 1 / (hood.unit * hood.unit * hood.unit);
   core::for_each(bond.x.size(), [&](std::size_t k) {
     const std::size_t el = bond.elements[k / parts];
     const std::size_t i = hood.n_particles + k;
     auto anchor = hood.anchor_start[k];
-    for (const auto nd : seam_of(bond, k / parts)) hood.anchor_x[anchor++] = mesh.nodes.x[nd];
-    hood.anchor_x[anchor] = bond.x[k];
+    const sph::Frame frame = hood.frame[k] = frame_of(mesh, el, fem::part_centre(bond.per_edge, static_cast<int>(k % parts)));
+    for (const auto nd : seam_of(bond, k / parts)) hood.anchor_xi[anchor++] = nearest_corner(frame.xi + frame.per_x * (mesh.nodes.x[nd] - bond.x[k]));
+    hood.anchor_xi[anchor] = frame.xi;
     sph::Actors& a = hood.actors;
     const double rho = e.pt.rho[el], volume = e.pt.m[el] / bond.parts() / rho, p = e.pt.p[el];
     a.place[i] = {bond.x[k], single(part_h(e, el, bond)), single(volume * per_unit)};
@@ -256,10 +264,6 @@ void fill_foreign(const fem::Mesh& mesh, const Bond& bond, sph::Neighbourhood& h
     a.strain[i].density = single(rho);
     a.strain[i].spread = 1;
     a.p_contact[i] = single(std::max(p, 0.0));
-    const auto& s = e.pt.s;
-    core::Mat3 stress;
-    stress << s[0][el] - p, s[3][el], s[5][el], s[3][el], s[1][el] - p, s[4][el], s[5][el], s[4][el], s[2][el] - p;
-    a.stress[i] = sph::stress_of(lattice_correction * stress);
     constexpr int stranger = 1 << 20;  // a body that no particle belongs to
     a.kind[i] = sph::kind_of_body(bond.hold ? e.body[el] : stranger + e.body[el]) | sph::foreign_bit;
   });
@@ -267,7 +271,7 @@ void fill_foreign(const fem::Mesh& mesh, const Bond& bond, sph::Neighbourhood& h
 
 void fill_foreign_velocities(const fem::Mesh& mesh, const Bond& bond, sph::Neighbourhood& hood) {
   const auto parts = static_cast<std::size_t>(bond.parts());
-  hood.anchor_v_mean.resize(hood.anchor_x.size());
+  hood.anchor_v_mean.resize(hood.anchor_xi.size());
   core::for_each(bond.x.size(), [&](std::size_t k) {
     const std::size_t el = bond.elements[k / parts];
     const Vec3 xi = fem::part_centre(bond.per_edge, static_cast<int>(k % parts));
@@ -299,11 +303,11 @@ void add_reaction(const sph::Neighbourhood& hood, const Bond& bond, fem::Mesh& m
   fem::wake_elements(mesh, pushed);
 }
 
-void add_heat(const sph::Neighbourhood& hood, const Bond& bond, fem::Mesh& mesh) {
+void add_heat(const sph::Neighbourhood& hood, const Bond& bond, double dt_kick, fem::Mesh& mesh) {
   const auto parts = static_cast<std::size_t>(bond.parts());
   core::Points& pt = mesh.elements.pt;
   for (std::size_t k = 0; k < bond.x.size(); ++k)
-    pt.e[bond.elements[k / parts]] += hood.foreign_heat[k] / pt.m[bond.elements[k / parts]];
+    pt.e[bond.elements[k / parts]] -= hood.foreign_power[k].strangers * dt_kick / pt.m[bond.elements[k / parts]];
 }
 
 }  // namespace coupling

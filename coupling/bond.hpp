@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// The bond: alive elements within a kernel's reach of a particle stand in the SPH sums as foreign actors, with their own
-// stress: as the particles that they would become, one or n^3 parts an element. The elements' own faces towards the particles are left unbalanced by what was converted,
-// so that is where the reaction to its own body's particles goes: to the nodes of the seam next to each foreign element. What
-// strangers push goes to its corners as the shape functions share it. What the pairs' work leaves over goes to its energy.
+// The bond: alive elements within a kernel's reach of a particle stand in the SPH sums as foreign actors: as the particles
+// that they would become, one or n^3 parts an element. The elements' own faces towards the particles are left unbalanced by what was converted,
+// so that is where the reaction to its own body's particles goes: to the nodes of the seam next to each foreign element. The
+// particle's stress makes that force, and the particle's energy pays for its work at the nodes. What strangers push goes to the element's corners
+// as the shape functions share it, and what their work leaves over to its energy.
 // Elements of the particle's own body hold it as long as it has not failed (bond = true) or only push (bond = false); elements of
 // other bodies only push.
 #pragma once
@@ -53,7 +54,7 @@ void fill_foreign_velocities(const fem::Mesh& mesh, const Bond& bond, sph::Neigh
 /// Reaction of the particles to the seam; wakes what is pushed.
 void add_reaction(const sph::Neighbourhood& hood, const Bond& bond, fem::Mesh& mesh);
 
-/// Energy of the pairs into the elements.
-void add_heat(const sph::Neighbourhood& hood, const Bond& bond, fem::Mesh& mesh);
+/// Work of pairs with strangers over `dt_kick` into the elements' energy.
+void add_heat(const sph::Neighbourhood& hood, const Bond& bond, double dt_kick, fem::Mesh& mesh);
 
 }  // namespace coupling

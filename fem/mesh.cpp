@@ -102,10 +102,14 @@ Vec3 centre(const Mesh& mesh, std::size_t el, const std::vector<Vec3>& a) {
   return s / 8;
 }
 
-double shape(int corner, const Vec3& xi) {
+Vec3 corner(int k) {
   constexpr double sign[8][3] = {{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1},
                                  {-1, -1, 1},  {1, -1, 1},  {1, 1, 1},  {-1, 1, 1}};
-  const double* s = sign[corner];
+  return {sign[k][0], sign[k][1], sign[k][2]};
+}
+
+double shape(int k, const Vec3& xi) {
+  const Vec3 s = corner(k);
   return 0.125 * (1 + s[0] * xi[0]) * (1 + s[1] * xi[1]) * (1 + s[2] * xi[2]);
 }
 

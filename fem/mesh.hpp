@@ -143,6 +143,9 @@ inline core::Vec3 force_at(const Mesh& mesh, std::size_t nd) {
 /// Mean of the corners [m].
 core::Vec3 centre(const Mesh& mesh, std::size_t el, const std::vector<core::Vec3>& a);
 
+/// A corner of the parent cube [-].
+core::Vec3 corner(int k);
+
 /// Shape function of a corner at a point of the parent cube [-].
 double shape(int corner, const core::Vec3& xi);
 

@@ -71,6 +71,8 @@ constexpr Kind kind_of_body(std::int32_t body) { return body * 16; }
 constexpr Kind kin_bits(Kind kind) { return body_bits | ((kind & failed_bit) != 0 ? foreign_bit : (kind & foreign_bit) != 0 ? failed_bit : 0); }
 /// Do two hold each other, or only push as strangers do?
 constexpr bool kin(Kind a, Kind b) { return (b & kin_bits(a)) == (a & body_bits); }
+/// Does the force between a particle and another act on the other's anchors? Strangers and particles have none.
+constexpr bool acts_on_anchors(Kind particle, Kind other) { return (other & (body_bits | foreign_bit)) == ((particle & body_bits) | foreign_bit); }
 
 /// Numbers of sixteen pairs.
 template <class T>
@@ -111,6 +113,18 @@ struct Image {
   std::uint32_t mirror;
 };
 
+/// Coordinates in which a foreigner's anchors lie on a lattice of spacing 2, as in an element's parent cube.
+struct Frame {
+  core::Vec3 xi{0, 0, 0};                        ///< where the foreigner is [-]
+  core::Mat3 per_x = core::Mat3::Identity();     ///< d xi / d x [1/m]
+};
+
+/// What its pairs' work leaves beyond what the particles book by their own motion.
+struct ForeignPower {
+  double strangers = 0;  ///< of pairs that act at its place: it gains that itself [W]
+  double anchored = 0;   ///< of those that act on its anchors, for each unit of their weight: the particles gain that [W/unit^3]
+};
+
 struct Neighbourhood {
   std::vector<Mirror> mirrors;
   std::size_t n_particles = 0, n_foreign = 0;
@@ -144,12 +158,13 @@ struct Neighbourhood {
   std::vector<core::Vec3> wall_force;     ///< [particles, then foreigners] part of the force on each that rigid walls give; empty without [N]
   // Force of its own kind on a foreigner acts on its anchors, the nearer to the middle of the pair the more: rows of points
   // per foreigner. The last of each row is its own place: that takes what strangers push, and all where it is the only one.
-  double anchor_spacing = 1;                 ///< of neighbouring anchors, in spacings of particles
   std::vector<std::uint32_t> anchor_start;   ///< [n_foreign + 1]
-  std::vector<core::Vec3> anchor_x;          ///< at n [m]
+  std::vector<core::Vec3> anchor_xi;         ///< in the foreigner's frame [-]
+  std::vector<Frame> frame;                  ///< [n_foreign]
   std::vector<core::Vec3> anchor_v_mean;     ///< velocity at which the force does its work [m/s]
   std::vector<core::Vec3> anchor_force;      ///< of the particles [N]
-  std::vector<double> foreign_heat;       ///< [n_foreign] energy it gains in the pairs [J]
+  std::vector<std::uint8_t> anchored;        ///< [n_particles] is one of its pairs with a foreigner's anchors?
+  std::vector<ForeignPower> foreign_power;   ///< [n_foreign]
 };
 
 /// True when the lists, made for the same actors, still hold every pair in reach of where particles and foreigners

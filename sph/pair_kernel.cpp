@@ -271,10 +271,10 @@ struct Contact {
 };
 static_assert(kind_of_body(wall_body) + (firm_bit | tension_bit) < 0, "no kind but the walls' is negative");
 
-/// A foreigner's group: whose forces act on its anchors (1) and whose at its place (0), weights of kin and strangers, and where.
+/// A foreigner's group: whose forces act on its anchors (1) and whose at its place (0), weights of strangers, and where.
 struct ForeignGroup {
   Meeting pair;
-  Singles anchored, weight, contact;
+  Singles anchored, contact;
   Ints kinds;
   [[gnu::always_inline]] ForeignGroup(const PairView& v, const Own& own, const NearGroup& near) {
     pair.place(v, own, near.id);
@@ -282,26 +282,28 @@ struct ForeignGroup {
     const Yes same = own.same(kinds);
     const Singles all = Singles::load(near.weight), none(0.0f);
     anchored = select(own.of_body(kinds), Singles(1.0f), none);
-    weight = select(same, all, none), contact = select(same, none, all);
+    contact = select(same, none, all);
   }
 };
 
 /// The force between a foreigner's row and eight of its neighbours, its parts one by one.
 struct PairForce {
-  Doubles own[3];       ///< part of the force on i that i's own stress makes: its work is i's
+  Doubles own[3];       ///< part of the force on i that stands for i's own stress: j's once more among kin, i's pressure among strangers
   Doubles other[3];     ///< part that j's stress makes
   Doubles viscous[3];   ///< shared half and half
 
   Doubles all(int e) const { return (own[e] + other[e]) + viscous[e]; }  ///< the whole force
 };
 
-/// What j's stress makes of the force on foreigner i, over unit^3.
-[[gnu::always_inline]] inline Four force_of_other(const PairView& v, std::size_t i, const NearGroup& near, std::size_t l) {
+/// What j's stress makes of the force on foreigner i, over unit^3. Among kin without artificial stress: `plain`.
+[[gnu::always_inline]] inline Four force_of_other(const PairView& v, std::size_t i, const NearGroup& near, std::size_t l, Four& plain) {
   const std::uint32_t j = near.id[l];
   const Four d = load_four(v.place[i].x.data()) - load_four(v.place[j].x.data()), g = all(double(near.weight[l])) * d;
+  plain = Four{};
   if (!kin(v.kind[i], v.kind[j])) return all(-double(v.p_contact[j])) * g;
   StressSum sum;
   sum.add(v.stress[j], g[0], g[1], g[2]);
+  plain = (sum.part[0] + sum.part[1]) + sum.part[2];
   if (v.kind[j] & tension_bit) {
     const float x = float(d[0]), y = float(d[1]), z = float(d[2]);
     const float r2 = x * x + y * y + z * z, reach = v.place[i].h + v.place[j].h;
@@ -318,17 +320,15 @@ template <int half>
 [[gnu::always_inline]] inline void pair_force(const PairView& v, std::size_t i, const NearGroup& near, const ForeignGroup& at, PairForce& f) {
   const Doubles scale(v.unit * v.unit * v.unit), p(double(v.p_contact[i]));
   const Doubles* const d = at.pair.d.exact[half];
-  const Doubles weight = widen<half>(at.weight), contact = widen<half>(at.contact), push = widen<half>(Singles::load(near.push));
-  const Doubles g[3] = {weight * d[0], weight * d[1], weight * d[2]};
-  alignas(64) Four rows[8];
-  for (std::size_t l = 0; l < 8; ++l) rows[l] = force_of_other(v, i, near, 8 * half + l);
+  const Doubles contact = widen<half>(at.contact), push = widen<half>(Singles::load(near.push));
+  alignas(64) Four rows[8], plain_rows[8];
+  for (std::size_t l = 0; l < 8; ++l) rows[l] = force_of_other(v, i, near, 8 * half + l, plain_rows[l]);
   constexpr std::uint32_t in_order[8] = {0, 1, 2, 3, 4, 5, 6, 7};
-  Doubles other[4];
+  Doubles other[4], plain[4];
   load_columns(rows, in_order, other);
-  const auto& s = v.stress[i].column;
+  load_columns(plain_rows, in_order, plain);
   for (int e = 0; e < 3; ++e) {
-    const Doubles stressed = (Doubles(double(s[0][e])) * g[0] + Doubles(double(s[1][e])) * g[1]) + Doubles(double(s[2][e])) * g[2];
-    f.own[e] = scale * (stressed - p * (contact * d[e]));
+    f.own[e] = scale * (plain[e] - p * (contact * d[e]));
     f.other[e] = scale * other[e];
     f.viscous[e] = Doubles(0.0) - scale * (push * d[e]);
   }
@@ -352,18 +352,22 @@ inline void add_wall_force(const ForeignGroup& at, const PairForce& f, core::Vec
 /// add up to one and fall to nothing within one spacing of anchors from the middle of the pair. A lattice under uniform
 /// stress is then held still within 2e-3 of the stress at any seam. What strangers push acts at the centre.
 template <int half>
-inline void weigh_anchors(const PairView& v, const AnchorView& anchors, std::size_t i, const ForeignGroup& at, double* scratch) {
-  constexpr double radius_over_h = 0.9 / h_over_spacing, floor = 1e-9;
+inline void weigh_anchors(const AnchorView& anchors, std::size_t i, const ForeignGroup& at, double* scratch) {
+  constexpr double radius = 1.8, floor = 1e-9;  // nodes are 2 apart
   const std::size_t row = i - anchors.n_particles, centre = anchors.start[row + 1] - anchors.start[row] - 1;
   if (centre == 0) return Doubles(1.0).store(scratch);
-  const core::Vec3* const x = anchors.x + anchors.start[row];
-  const Doubles radius = Doubles(0.5 * anchors.spacing * radius_over_h) * widen<half>(at.pair.reach), per_area = Doubles(1.0) / (radius * radius);
+  const core::Vec3* const xi = anchors.xi + anchors.start[row];
+  const Frame& frame = anchors.frame[row];
+  const Doubles per_area(1 / (radius * radius));
   const Doubles* const d = at.pair.d.exact[half];
   Doubles middle[3], sum(0.0);
-  for (int e = 0; e < 3; ++e) middle[e] = Doubles(v.place[i].x[e]) - Doubles(0.5) * d[e];
+  for (int e = 0; e < 3; ++e) {
+    const auto& g = frame.per_x;
+    middle[e] = Doubles(frame.xi[e]) - Doubles(0.5) * ((Doubles(g(e, 0)) * d[0] + Doubles(g(e, 1)) * d[1]) + Doubles(g(e, 2)) * d[2]);
+  }
   for (std::size_t n = 0; n < centre; ++n) {
     Doubles off[3];
-    for (int e = 0; e < 3; ++e) off[e] = Doubles(x[n][e]) - middle[e];
+    for (int e = 0; e < 3; ++e) off[e] = Doubles(xi[n][e]) - middle[e];
     const Doubles u = max(Doubles(1.0) - dot(off, off) * per_area, Doubles(0.0)), weight = u * u + Doubles(floor);
     weight.store(scratch + anchor_scratch * n);
     sum += weight;
@@ -464,8 +468,21 @@ struct ForceSums {
   StressSum stress;              ///< the neighbours', on weight times d
   VectorSum gradients, viscous;  ///< of weight times d among kin, of push times d
   double weighted[3] = {};       ///< of weight times Gray's factor times d, if the own artificial stress acts
+  double again[3] = {};          ///< of weight times d among kin that are foreign
   Contact contact;
   Singles fastest = 0.0f;
+  bool anchored = false;
+
+  /// In pairs with foreigners the own stress acts in place of theirs too: their nodes answer with it.
+  void take_twice(const Own& own, Ints kinds, unsigned foreign, double (&g)[3][group]) {
+    anchored |= (foreign & own.of_body(kinds).bits()) != 0;
+    for (int e = 0; e < 3; ++e)
+      for (unsigned left = foreign; left != 0; left &= left - 1) {
+        double& at = g[e][__builtin_ctz(left)];
+        again[e] += at;
+        at = 0;
+      }
+  }
 };
 
 /// Viscosity of a piece that begins at `near`.
@@ -503,6 +520,7 @@ struct ForceSums {
     }
   });
   const std::size_t count = near.count();
+  if (const unsigned foreign = has(kinds, foreign_bit).bits() & ((1u << count) - 1)) sums.take_twice(own, kinds, foreign, g);
   for (std::size_t l = 0; l < count; ++l) sums.stress.add(v.stress[near.id[l]], g[0][l], g[1][l], g[2][l]);
 
   Yes pulled = same & (Singles(4.0f) * pair.r2 < Singles(crowded * crowded) * (pair.reach * pair.reach));
@@ -532,6 +550,7 @@ void finish(const PairView& v, std::size_t i, const ForceSums& sums, RowForce& t
   const double scale = v.unit * v.unit * v.unit, p = double(v.p_contact[i]);
   double sum[3], others[3], own[3], pulled[3] = {}, viscosity[3], contact[3] = {};
   sums.gradients.total(sum);
+  for (int e = 0; e < 3; ++e) sum[e] += sums.again[e];
   sums.stress.total(others);
   sums.viscous.total(viscosity);
   apply_stress(v.stress[i], sum, own);
@@ -551,7 +570,7 @@ void pair_forces(const PairView& v, const ParticleSettings& s, std::size_t first
   Piece piece;
   for (std::size_t i = first; i < last; ++i) {
     force[i - first] = {};
-    v.mixed[i] = 0;
+    v.mixed[i] = v.anchored[i] = 0;
     if (v.n_near[i] == 0) continue;
     const Own own(v, i);
     ForceSums sums;
@@ -567,6 +586,7 @@ void pair_forces(const PairView& v, const ParticleSettings& s, std::size_t first
     }
     finish(v, i, sums, force[i - first]);
     v.mixed[i] = sums.contact.met;
+    v.anchored[i] = sums.anchored;
   }
 }
 
@@ -690,7 +710,7 @@ void foreign_forces(const PairView& v, const ParticleSettings& s, const AnchorVi
         PairForce f;
         pair_force<half>(v, i, near, at, f);
         if (anchors.wall) add_wall_force<half>(at, f, anchors.wall[k]);
-        weigh_anchors<half>(v, anchors, i, at, anchors.scratch);
+        weigh_anchors<half>(anchors, i, at, anchors.scratch);
         for (std::size_t n = 0; n < n_anchors; ++n) {
           double* const lanes = anchors.scratch + anchor_scratch * n;
           const Doubles weight = Doubles::load(lanes);
@@ -706,37 +726,42 @@ void foreign_forces(const PairView& v, const ParticleSettings& s, const AnchorVi
   }
 }
 
-void foreign_work(const PairView& v, const AnchorView& anchors, std::size_t first, std::size_t last, double* power) {
+void foreign_work(const PairView& v, const AnchorView& anchors, std::size_t first, std::size_t last, ForeignPower* power) {
   for (std::size_t i = first; i < last; ++i) {
-    power[i - first] = 0;
+    power[i - first] = {};
     if (v.n_near[i] == 0) continue;
     const std::size_t k = i - anchors.n_particles, n_anchors = anchors.start[k + 1] - anchors.start[k];
     const Own own(v, i);
-    Doubles sum(0.0);
+    Doubles strangers(0.0), anchored(0.0), weights(0.0);
     for (NearGroup near(v, i); near.left > 0; near.advance()) {
       const ForeignGroup at(v, own, near);
       each_half([&](auto half) {
         if (8 * half >= near.left) return;  // foreigners have few near ones: mostly one half is filling
         PairForce f;
         pair_force<half>(v, i, near, at, f);
-        weigh_anchors<half>(v, anchors, i, at, anchors.scratch);
+        weigh_anchors<half>(anchors, i, at, anchors.scratch);
         static_assert(sizeof(Motion) == 64 && offsetof(Motion, sum) == 0);
         std::uint32_t sums[8];
         for (int l = 0; l < 8; ++l) sums[l] = 2 * near.id[8 * half + l];
         Doubles twice_mean[4];
         load_columns(v.motion, sums, twice_mean);
         // what the particle does not book of the pair's work: its force acts on the anchors, not at the centre
+        const Doubles share = widen<half>(at.anchored);
+        Doubles left(0.0);
         for (int e = 0; e < 3; ++e) {
           Doubles at_anchors(0.0);
           for (std::size_t n = 0; n < n_anchors; ++n)
             at_anchors += Doubles::load(anchors.scratch + anchor_scratch * n) * Doubles(anchors.v_mean[anchors.start[k] + n][e]);
           const Doubles mean = Doubles(0.5) * twice_mean[e];
           const Doubles booked = f.other[e] + Doubles(0.5) * f.viscous[e];
-          sum += f.all(e) * (at_anchors - mean) - booked * (Doubles(0.5 * v.motion[i].sum[e]) - mean);
+          left += f.all(e) * (at_anchors - mean) - booked * (Doubles(0.5 * v.motion[i].sum[e]) - mean);
         }
+        anchored += share * left, strangers += (Doubles(1.0) - share) * left;
+        weights += share * widen<half>(Singles::load(near.weight));
       });
     }
-    power[i - first] = total(sum);
+    power[i - first].strangers = total(strangers);
+    if (const double weight = total(weights); weight < 0) power[i - first].anchored = total(anchored) / weight;
   }
 }
 

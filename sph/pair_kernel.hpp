@@ -39,6 +39,7 @@ struct PairView {
   Sixteen<float>* pull;
   std::uint32_t* n_near;  ///< [row]
   std::uint8_t* mixed;    ///< [row]
+  std::uint8_t* anchored;  ///< [particle]
   double unit;
 };
 
@@ -53,9 +54,9 @@ struct Moment {
 /// and on of the pairs.
 struct AnchorView {
   std::size_t n_particles;
-  double spacing;  ///< of neighbouring anchors, in spacings of particles
   const std::uint32_t* start;
-  const core::Vec3* x;
+  const core::Vec3* xi;
+  const Frame* frame;  ///< [row - n_particles]
   const core::Vec3* v_mean;
   core::Vec3* force;
   core::Vec3* wall;  ///< [row - n_particles] part of images behind rigid walls; none if there are no walls [N]
@@ -72,7 +73,7 @@ struct RowForce {
 
 /// What a particle's forces do at mid-step.
 struct RowWork {
-  double power;         ///< of the row's own stress and half the viscosity [W]
+  double power;         ///< of the row's own stress and half the viscosity, at the neighbours' own velocities [W]
   double rate[3][3];    ///< sum of V (v_j - v_i) (x) grad W over kin and images behind walls, before correction [1/s]
   double pushed[3][3];  ///< the same over strangers, not to be corrected [1/s]
 };
@@ -84,7 +85,7 @@ struct RowWork {
   void pair_forces(const PairView&, const ParticleSettings&, std::size_t first, std::size_t last, RowForce* force); \
   void pair_work(const PairView&, std::size_t first, std::size_t last, RowWork* work);                              \
   void foreign_forces(const PairView&, const ParticleSettings&, const AnchorView&, std::size_t first, std::size_t last); \
-  void foreign_work(const PairView&, const AnchorView&, std::size_t first, std::size_t last, double* power);        \
+  void foreign_work(const PairView&, const AnchorView&, std::size_t first, std::size_t last, ForeignPower* power);  \
   }
 EJECTA_DECLARE(baseline)
 EJECTA_DECLARE(avx2)

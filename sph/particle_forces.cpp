@@ -40,7 +40,7 @@ PairView view(Neighbourhood& hood) {
   Actors& a = hood.actors;
   return {a.place.data(),      a.flow.data(),          a.strain.data(),        a.stress.data(), a.artificial.data(),
           a.motion.data(),     a.kind.data(),          a.p_contact.data(),     hood.pairs.start.data(), hood.pairs.list.data(),
-          hood.near_start.data(), hood.near.data(), hood.weight.data(), hood.push.data(), hood.pull_start.data(), hood.pull.data(), hood.n_near.data(),     hood.mixed.data(), hood.unit};
+          hood.near_start.data(), hood.near.data(), hood.weight.data(), hood.push.data(), hood.pull_start.data(), hood.pull.data(), hood.n_near.data(),     hood.mixed.data(), hood.anchored.data(), hood.unit};
 }
 
 struct PairKernels {
@@ -71,8 +71,7 @@ static void for_each_foreign_block(Neighbourhood& hood, F&& f) {
     longest = std::max(longest, hood.anchor_start[k + 1] - hood.anchor_start[k]);
   core::for_each_block(hood.n_foreign, row_block, [&](std::size_t first, std::size_t last) {
     std::vector<double> scratch(anchor_scratch * longest);
-    const AnchorView anchors{hood.n_particles,     hood.anchor_spacing,       hood.anchor_start.data(),
-                             hood.anchor_x.data(), hood.anchor_v_mean.data(), hood.anchor_force.data(),
+    const AnchorView anchors{hood.n_particles, hood.anchor_start.data(), hood.anchor_xi.data(), hood.frame.data(), hood.anchor_v_mean.data(), hood.anchor_force.data(),
                              hood.wall_force.empty() ? nullptr : hood.wall_force.data() + hood.n_particles, scratch.data()};
     f(hood.n_particles + first, hood.n_particles + last, anchors);
   });
@@ -104,7 +103,8 @@ void add_pair_forces(const ParticleSettings& settings, Neighbourhood& hood, Part
   const bool walls = std::any_of(hood.mirrors.begin(), hood.mirrors.end(), [](const Mirror& m) { return m.wall; });
   hood.wall_force.resize(walls ? hood.n_particles + hood.n_foreign : 0);
   hood.approach.resize(hood.n_particles);
-  hood.anchor_force.resize(hood.anchor_x.size());
+  hood.anchored.resize(hood.n_particles);
+  hood.anchor_force.resize(hood.anchor_xi.size());
   make_room_for_pull(hood);
   const PairView pairs = view(hood);
   const auto kernel = kernels();
@@ -137,9 +137,23 @@ static double stable_step(double h, double c, const ParticleSettings& s, double 
   return h / 3 / ((1 + 0.6 * s.viscosity_linear) * c + 0.6 * s.viscosity_quadratic * approach);
 }
 
+/// A particle's share of what its pairs with anchored foreigners leave, by their weights: those are the same in both rows [W].
+static double anchored_power(const Neighbourhood& hood, std::size_t i) {
+  const std::size_t n_real = hood.n_particles + hood.n_foreign;
+  double power = 0;
+  for (std::size_t l = 0; l < hood.n_near[i]; ++l) {
+    const std::size_t slot = hood.near_start[i] + l / group;
+    std::size_t j = hood.near[slot].at[l % group];
+    if (!acts_on_anchors(hood.actors.kind[i], hood.actors.kind[j])) continue;
+    while (j >= n_real) j = hood.images[j - n_real].source;
+    power += double(hood.weight[slot].at[l % group]) * hood.foreign_power[j - hood.n_particles].anchored;
+  }
+  return power;
+}
+
 void pair_work(const ParticleSettings& settings, double dt_kick, double dt_drift, const std::vector<Mat3>& correction,
                Neighbourhood& hood, Particles& p, std::vector<Mat3>& velocity_gradient) {
-  hood.foreign_heat.resize(hood.n_foreign);
+  hood.foreign_power.resize(hood.n_foreign);
   velocity_gradient.resize(p.size());
   const PairView pairs = view(hood);
   const auto kernel = kernels();
@@ -158,9 +172,10 @@ void pair_work(const ParticleSettings& settings, double dt_kick, double dt_drift
     }
   });
   for_each_foreign_block(hood, [&](std::size_t first, std::size_t last, const AnchorView& anchors) {
-    double* heat = hood.foreign_heat.data() + (first - hood.n_particles);
-    kernel.foreign_work(pairs, anchors, first, last, heat);
-    for (std::size_t k = 0; k < last - first; ++k) heat[k] *= -dt_kick;
+    kernel.foreign_work(pairs, anchors, first, last, hood.foreign_power.data() + (first - hood.n_particles));
+  });
+  core::for_each(hood.n_foreign > 0 ? hood.n_particles : 0, [&](std::size_t i) {
+    if (hood.anchored[i]) p.pt.e[i] -= anchored_power(hood, i) * dt_kick / p.pt.m[i];
   });
 }
 

@@ -13,7 +13,8 @@
 // stress, tear solids and spread bars) is damped whether it approaches or recedes; that penalty on the non-affine part as in
 // Ganzenmueller, CMAME 286 (2015) 87, here as a viscosity. Pairs of different bodies push and never pull: both stresses are replaced
 // by -max(p, 0) and B by 1, in force, work and L alike (in L not towards images behind rigid walls, which complete the lattice). Where a
-// particle has too few neighbours for B_i, the plain gradient takes over smoothly.
+// particle has too few neighbours for B_i, the plain gradient takes over smoothly. Between a particle and a foreigner of its own body,
+// sigma_j B_j is the particle's too (coupling/bond.hpp).
 #pragma once
 
 #include "sph/neighbourhood.hpp"
@@ -38,8 +39,8 @@ void correct_gradients(const Particles& particles, const ParticleSettings& setti
 /// particles.f and hood.anchor_force of time n.
 void add_pair_forces(const ParticleSettings& settings, Neighbourhood& hood, Particles& particles);
 
-/// Work of the same forces with the mean velocities into the particles' energy and hood.foreign_heat, and the velocity
-/// gradient at mid-step of every particle [1/s].
+/// Work of the same forces with the mean velocities into the particles' energy, what it leaves to others into hood.foreign_power,
+/// and the velocity gradient at mid-step of every particle [1/s].
 void pair_work(const ParticleSettings& settings, double dt_kick, double dt_drift,
                const std::vector<core::Mat3>& correction, Neighbourhood& hood, Particles& particles,
                std::vector<core::Mat3>& velocity_gradient);

@@ -215,7 +215,7 @@ material = "Al2024-T351"
     ASSERT_EQ(d, "") << "step " << kept->steps << ", t = " << kept->time;
   }
   EXPECT_GT(kept->bond.elements.size(), 0u);
-  EXPECT_LT(2 * kept->hood.builds, anew->hood.builds) << "lists must have been kept: no evidence";
+  EXPECT_LT(kept->hood.builds + 50, anew->hood.builds) << "lists must have been kept: no evidence";
 }
 
 TEST(Checkpoint, FitsOnlyItsOwnCase) {

@@ -347,18 +347,17 @@ TEST(PairSums, PressureWorksOnTheVolumeChangeThatItSees) {
   EXPECT_GT(mixed, c.p.size() / 3);
 }
 
-/// A foreigner in tension holds whole matter of its body. Powder bears no tension: held, it would follow without resisting, and the
-/// foreigner's energy would pay.
+/// Whole matter in tension pulls the foreigners of its body, whatever those bear. Powder bears no tension: held, it would follow without
+/// resisting. It only pushes.
 TEST(PairSums, ForeignersPullWhatIsWholeAndLetGoOfWhatHasFailed) {
   Cloud c(6, 0);
   const std::size_t n = c.p.size() / 2;  // the lattice goes through in x: halves touch in a plane
   for (std::size_t i = 0; i < c.p.size(); ++i) {
     c.p.v[i] = Vec3::Zero();
-    c.p.pt.p[i] = i < n ? 0 : -1e6;
     for (auto& s : c.p.pt.s) s[i] = 0;
   }
-  const auto pull = [&](double damage, double p_foreign) {
-    for (std::size_t i = 0; i < n; ++i) c.p.pt.damage[i] = damage;
+  const auto pull = [&](double damage, double p_own, double p_foreign) {
+    for (std::size_t i = 0; i < n; ++i) c.p.pt.damage[i] = damage, c.p.pt.p[i] = p_own;
     for (std::size_t i = n; i < c.p.size(); ++i) c.p.pt.p[i] = p_foreign;
     sph::Particles particles = c.p;
     particles.resize(n);
@@ -367,14 +366,14 @@ TEST(PairSums, ForeignersPullWhatIsWholeAndLetGoOfWhatHasFailed) {
     hood.actors.resize(c.p.size());
     sph::fill_actors(c.p, {rho_0}, hood);
     hood.anchor_start.assign(1, 0);
-    hood.anchor_x.clear();
+    hood.anchor_xi.clear();
+    hood.frame.resize(hood.n_foreign);
     for (std::size_t i = n; i < c.p.size(); ++i) {
       hood.actors.kind[i] = sph::kind_of_body(0) | sph::foreign_bit;
-      hood.actors.stress[i] = sph::stress_of(Mat3(-p_foreign * Mat3::Identity()));
-      hood.anchor_x.push_back(c.p.x[i]);
-      hood.anchor_start.push_back(static_cast<std::uint32_t>(hood.anchor_x.size()));
+      hood.anchor_xi.push_back(c.p.x[i]);
+      hood.anchor_start.push_back(static_cast<std::uint32_t>(hood.anchor_xi.size()));
     }
-    hood.anchor_v_mean.assign(hood.anchor_x.size(), Vec3::Zero());
+    hood.anchor_v_mean.assign(hood.anchor_xi.size(), Vec3::Zero());
     sph::build(hood, {}, 0);
     sph::correct_gradients(particles, c.settings, hood, c.correction);
     sph::add_pair_forces(c.settings, hood, particles);
@@ -385,9 +384,12 @@ TEST(PairSums, ForeignersPullWhatIsWholeAndLetGoOfWhatHasFailed) {
     return f;
   };
   const double scale = 1e6 * 36 * spacing * spacing;
-  EXPECT_GT(pull(0, -1e6), 0.3 * scale);
-  EXPECT_EQ(pull(1, -1e6), 0);
-  EXPECT_LT(pull(1, 1e6), -0.3 * scale);  // it pushes
+  const double pulled = pull(0, -1e6, -1e6);
+  EXPECT_GT(pulled, 0.6 * scale);
+  EXPECT_EQ(pull(0, -1e6, 1e6), pulled);
+  EXPECT_EQ(pull(0, 0, -1e6), 0);
+  EXPECT_EQ(pull(1, 0, -1e6), 0);
+  EXPECT_LT(pull(1, 0, 1e6), -0.3 * scale);  // it pushes
 }
 
 }  // namespace

@@ -179,4 +179,48 @@ TEST(Conversion, WavePassesThrough) {
   }
 }
 
+TEST(Conversion, AShockThatEntersElementsHeatsThem) {
+  // A column at V, particles, strikes one at rest, elements of the same body. Behind both shocks u = V/2, p = rho_0 Us u with Us = c_0 + 1.338 u, and
+  // e = u^2/2; no matter is ever colder than it was.
+  const int n = 80, across = 4;
+  const double L = 1, dx = L / n, width = across * dx;
+  struct Column {
+    double V;  ///< [m/s]
+    int per_edge;
+  };
+  for (const auto& [V, per_edge] : {Column{500, 1}, Column{1000, 1}, Column{2000, 1}, Column{1000, 2}, Column{2000, 2}, Column{4000, 2}}) {
+    const double u = 0.5 * V, p_H = rho_0 * (c_0 + 1.338 * u) * u;
+    auto fluid = mie_grueneisen(rho_0, c_0, 1.338, 2.0, 0.48);
+    Rig r;
+    auto& s = *r.s;
+    r.add(fem::box(line(0, width, across), line(0, width, across), line(0, L, n)), fluid,
+          [&, v = V](const Vec3& x) { return Vec3(0, 0, x[2] < 0.5 * L ? v : 0); });
+    r.fix(1, [&](const Vec3& x) { return x[0] < 1e-12 || x[0] > width - 1e-12; });
+    r.fix(2, [&](const Vec3& x) { return x[1] < 1e-12 || x[1] > width - 1e-12; });
+    s.hood.mirrors = {{Vec3(0, 0, 0), Vec3(1, 0, 0), false}, {Vec3(width, 0, 0), Vec3(-1, 0, 0), false},
+                      {Vec3(0, 0, 0), Vec3(0, 1, 0), false}, {Vec3(0, width, 0), Vec3(0, -1, 0), false}};
+    r.begin();
+    convert(s, per_edge, [&](const Vec3& x) { return x[2] < 0.5 * L; });
+    double coldest = 0;
+    const double end = 0.3 * L / (c_0 + 1.338 * u);
+    while (s.time < end * (1 - 1e-12)) {
+      app::choose_step(s, end);
+      app::step(s);
+      for (std::size_t el = 0; el < s.mesh.elements.size(); ++el)
+        if (s.mesh.elements.alive[el]) coldest = std::min(coldest, s.mesh.elements.pt.e[el]);
+      for (const double e : s.particles.pt.e) coldest = std::min(coldest, e);
+    }
+    double p = 0, count = 0;
+    for (std::size_t el = 0; el < s.mesh.elements.size(); ++el)
+      if (const double z = fem::centre(s.mesh, el, s.mesh.nodes.x)[2] - 0.5 * L - u * s.time; s.mesh.elements.alive[el] && z > 2 * dx && z < 6 * dx)
+        p += s.mesh.elements.pt.p[el], ++count;
+    std::printf(" %g m/s, %d per edge\n", V, per_edge);
+    report("pressure behind the shock, Pa", p / count, p_H);
+    report("coldest energy / u^2/2", coldest / (0.5 * u * u), 0);
+    EXPECT_GT(coldest, -0.01 * 0.5 * u * u);
+    EXPECT_NEAR(p / count, p_H, 0.01 * p_H);
+    EXPECT_LT(std::abs(s.ledger.energy_error), 1e-10);
+  }
+}
+
 }  // namespace
