@@ -226,11 +226,11 @@ static std::span<const std::uint32_t> seam_of(const Bond& bond, std::size_t k) {
 /// The element's parent cube by its mean gradient, which hourglass motion leaves alone; a cube of its volume where that has collapsed.
 static sph::Frame frame_of(const fem::Mesh& mesh, std::size_t el, const Vec3& part) {
   const fem::Elements& e = mesh.elements;
-  const double volume = e.pt.m[el] / e.pt.rho[el], edge = std::cbrt(volume);
+  const double volume = e.pt.m[el] / e.pt.rho[el];
   core::Mat3 per_xi = core::Mat3::Zero();
   for (int i = 0; i < 8; ++i) per_xi += 0.125 * mesh.nodes.x[static_cast<std::size_t>(e.node[el][static_cast<std::size_t>(i)])] * fem::corner(i).transpose();
   constexpr double collapsed = 1e-3;
-  if (!(8 * per_xi.determinant() > collapsed * volume)) per_xi = 0.5 * edge * core::Mat3::Identity();
+  if (!(8 * per_xi.determinant() > collapsed * volume)) per_xi = 0.5 * std::cbrt(volume) * core::Mat3::Identity();
   return {part, per_xi.inverse()};
 }
 

@@ -89,16 +89,15 @@ bool still_valid(const Neighbourhood& hood, const std::vector<Vec3>& watched_x) 
   std::vector<Vec3> moved(hood.x_built.size());
   std::vector<Change> changes(hood.bin_start.size() - 1);
   for (std::size_t i = 0; i < moved.size(); ++i) {
-    std::size_t source = i;
     if (i < n_real) {
       moved[i] = hood.actors.place[i].x - hood.x_built[i];
     } else {
       const Image& image = hood.images[i - n_real];
       moved[i] = reflect(hood.mirrors[image.mirror], moved[image.source]);
-      while (source >= n_real) source = hood.images[source - n_real].source;
     }
     Change& bin = changes[hood.bin[i]];
     bin.moved.add(moved[i]);
+    const std::size_t source = owner(hood, i);
     bin.growth = std::max(bin.growth, hood.actors.place[source].h - hood.h_built[source]);
   }
   for (std::size_t k = 0; k < watched_x.size(); ++k)

@@ -167,6 +167,13 @@ struct Neighbourhood {
   std::vector<ForeignPower> foreign_power;   ///< [n_foreign]
 };
 
+/// The particle or foreigner of which an actor is an image, perhaps of an image; itself where it is none.
+inline std::size_t owner(const Neighbourhood& hood, std::size_t actor) {
+  const std::size_t n_real = hood.n_particles + hood.n_foreign;
+  while (actor >= n_real) actor = hood.images[actor - n_real].source;
+  return actor;
+}
+
 /// True when the lists, made for the same actors, still hold every pair in reach of where particles and foreigners
 /// (hood.actors) and what is watched are now.
 bool still_valid(const Neighbourhood& hood, const std::vector<core::Vec3>& watched_x);

@@ -139,14 +139,12 @@ static double stable_step(double h, double c, const ParticleSettings& s, double 
 
 /// A particle's share of what its pairs with anchored foreigners leave, by their weights: those are the same in both rows [W].
 static double anchored_power(const Neighbourhood& hood, std::size_t i) {
-  const std::size_t n_real = hood.n_particles + hood.n_foreign;
   double power = 0;
   for (std::size_t l = 0; l < hood.n_near[i]; ++l) {
     const std::size_t slot = hood.near_start[i] + l / group;
-    std::size_t j = hood.near[slot].at[l % group];
+    const std::size_t j = hood.near[slot].at[l % group];
     if (!acts_on_anchors(hood.actors.kind[i], hood.actors.kind[j])) continue;
-    while (j >= n_real) j = hood.images[j - n_real].source;
-    power += double(hood.weight[slot].at[l % group]) * hood.foreign_power[j - hood.n_particles].anchored;
+    power += double(hood.weight[slot].at[l % group]) * hood.foreign_power[owner(hood, j) - hood.n_particles].anchored;
   }
   return power;
 }

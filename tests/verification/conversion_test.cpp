@@ -127,6 +127,14 @@ TEST(Conversion, UniformShearStays) {
   stays_at_rest(false, 2, 0.10);
 }
 
+/// Symmetry planes at the sides of a column of that width: all moves along z.
+void between_mirrors(Rig& r, double width) {
+  r.fix(1, [&](const Vec3& x) { return x[0] < 1e-12 || x[0] > width - 1e-12; });
+  r.fix(2, [&](const Vec3& x) { return x[1] < 1e-12 || x[1] > width - 1e-12; });
+  r.s->hood.mirrors = {{Vec3(0, 0, 0), Vec3(1, 0, 0), false}, {Vec3(width, 0, 0), Vec3(-1, 0, 0), false},
+                       {Vec3(0, 0, 0), Vec3(0, 1, 0), false}, {Vec3(0, width, 0), Vec3(0, -1, 0), false}};
+}
+
 struct Pulse {
   double reflected, transmitted;  ///< peak velocities / that of the pulse sent
 };
@@ -145,10 +153,7 @@ Pulse pulse(int n, bool convert_middle, int per_edge) {
     e.pt.s[core::zz][el] = -4.0 / 3.0 * G * strain;
     e.pt.s[core::xx][el] = e.pt.s[core::yy][el] = 2.0 / 3.0 * G * strain;
   }
-  r.fix(1, [&](const Vec3& x) { return x[0] < 1e-12 || x[0] > width - 1e-12; });
-  r.fix(2, [&](const Vec3& x) { return x[1] < 1e-12 || x[1] > width - 1e-12; });
-  s.hood.mirrors = {{Vec3(0, 0, 0), Vec3(1, 0, 0), false}, {Vec3(width, 0, 0), Vec3(-1, 0, 0), false},
-                    {Vec3(0, 0, 0), Vec3(0, 1, 0), false}, {Vec3(0, width, 0), Vec3(0, -1, 0), false}};
+  between_mirrors(r, width);
   r.begin();
   if (convert_middle) convert(s, per_edge, [](const Vec3& x) { return x[2] > 0.45 && x[2] < 0.55; });
   r.run(0.5 * L / c);
@@ -195,10 +200,7 @@ TEST(Conversion, AShockThatEntersElementsHeatsThem) {
     auto& s = *r.s;
     r.add(fem::box(line(0, width, across), line(0, width, across), line(0, L, n)), fluid,
           [&, v = V](const Vec3& x) { return Vec3(0, 0, x[2] < 0.5 * L ? v : 0); });
-    r.fix(1, [&](const Vec3& x) { return x[0] < 1e-12 || x[0] > width - 1e-12; });
-    r.fix(2, [&](const Vec3& x) { return x[1] < 1e-12 || x[1] > width - 1e-12; });
-    s.hood.mirrors = {{Vec3(0, 0, 0), Vec3(1, 0, 0), false}, {Vec3(width, 0, 0), Vec3(-1, 0, 0), false},
-                      {Vec3(0, 0, 0), Vec3(0, 1, 0), false}, {Vec3(0, width, 0), Vec3(0, -1, 0), false}};
+    between_mirrors(r, width);
     r.begin();
     convert(s, per_edge, [&](const Vec3& x) { return x[2] < 0.5 * L; });
     double coldest = 0;
