@@ -121,8 +121,10 @@ static void remove_distorted(Simulation& s) {
     s.n_converted += flagged.size();
   } else {
     for (const auto el : flagged) {
-      s.peak_removed = std::max(s.peak_removed, s.mesh.elements.pt.p_max[el]);
-      if (s.on_axis[el]) s.peak_removed_axis = std::max(s.peak_removed_axis, s.mesh.elements.pt.p_max[el]);
+      const auto& e = s.mesh.elements;
+      s.peak_removed = std::max(s.peak_removed, e.pt.p_max[el]);
+      if (s.on_axis[el]) s.peak_removed_axis = std::max(s.peak_removed_axis, e.pt.p_max[el]);
+      if (!s.spec.keep_nodes) s.taken_along[e.body[el]] += e.pt.m[el] * (fem::centre(s.mesh, el, s.mesh.nodes.v) - s.scene.bodies[e.body[el]].velocity);
     }
     const auto r = coupling::erode_elements(s.mesh, flagged, s.spec.keep_nodes);
     s.ledger.eroded_kinetic += r.eroded_kinetic;
@@ -253,6 +255,7 @@ void begin(Simulation& s) {
   std::fill(s.mesh.elements.deformation.begin(), s.mesh.elements.deformation.end(), 0.0);
   if (s.criteria.use_jacobian && s.spec.mode != io::Mode::fem) fem::store_initial_shape(s.mesh);
   s.n_elements_initial = s.mesh.n_alive;
+  s.taken_along.assign(s.scene.bodies.size(), core::Vec3::Zero());
   if (s.spec.mode == io::Mode::sph) {
     std::vector<std::uint32_t> all;
     for (std::uint32_t el = 0; el < s.mesh.elements.size(); ++el)

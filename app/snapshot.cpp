@@ -201,10 +201,10 @@ measure::Matter matter_of(io::Snapshot s) {
 /// Momentum of what is left of each body's own elements is no measure of its impulse; momentum of all its matter is, against the
 /// velocity that the body began with.
 static void add_impulses(const Simulation& s, measure::Scene& scene) {
-  const auto& e = s.mesh.elements;
-  std::vector<Vec3> momentum(scene.bodies.size(), Vec3::Zero());
-  for (std::size_t el = 0; el < e.size(); ++el)
-    if (e.alive[el]) momentum[e.body[el]] += e.pt.m[el] * (fem::centre(s.mesh, el, s.mesh.nodes.v) - scene.bodies[e.body[el]].velocity);
+  const auto& n = s.mesh.nodes;
+  std::vector<Vec3> momentum = s.taken_along;
+  for (std::size_t b = 0; b < s.mesh.body_nodes.size(); ++b)
+    for (auto nd = s.mesh.body_nodes[b].first; nd < s.mesh.body_nodes[b].last; ++nd) momentum[b] += n.m[nd] * (n.v[nd] - scene.bodies[b].velocity);
   for (std::size_t i = 0; i < s.particles.size(); ++i)
     momentum[s.particles.body[i]] += s.particles.pt.m[i] * (s.particles.v[i] - scene.bodies[s.particles.body[i]].velocity);
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {

@@ -10,6 +10,7 @@
 #include <fstream>
 
 #include "app/checkpoint.hpp"
+#include "app/snapshot.hpp"
 #include "core/error.hpp"
 #include "core/parallel.hpp"
 #include "tests/app/small_case.hpp"
@@ -68,6 +69,18 @@ TEST_P(EveryMode, BooksAreClosed) {
     for (const double row : {s->ledger.hourglass, s->ledger.contact, s->ledger.conversion, s->ledger.eroded_kinetic,
                              s->ledger.internal(), s->ledger.eroded_internal})
       EXPECT_GE(row, -1e-9 * s->ledger.initial.kinetic) << "a row of the ledger that only takes has given";
+  }
+}
+
+TEST_P(EveryMode, WhatOneBodyReceivesTheOthersLose) {
+  for (const char* keep_nodes : {"convert.keep_nodes=false", "convert.keep_nodes=true"}) {
+    auto s = small_case::begin(settings(GetParam(), {"run.symmetry=\"none\"", keep_nodes}));
+    small_case::run(*s, many);
+    const auto scene = app::scene_now(*s);
+    core::Vec3 sum{0, 0, 0};
+    for (const auto& b : scene.bodies) sum += b.impulse;
+    EXPECT_GT(std::abs(scene.bodies[1].impulse[2]), 0.01 * s->ledger.initial.momentum_size);
+    EXPECT_LT(sum.norm(), 1e-12 * s->ledger.initial.momentum_size) << keep_nodes;
   }
 }
 
