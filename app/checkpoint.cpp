@@ -4,10 +4,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <sstream>
 
 #include "app/summary.hpp"
 #include "core/error.hpp"
 #include "io/archive.hpp"
+#include "io/case_file.hpp"
 
 namespace app {
 
@@ -95,6 +97,7 @@ static void state(Archive& a, Simulation& s) {
 /// With the processor time of this process among that of those before it.
 template <class Archive>
 static void whole_state(Archive& a, Simulation& s) {
+  a("run/scene", io::write_scene(s.spec));
   state(a, s);
   a("work/cpu_seconds", s.work.cpu_seconds_before + cpu_seconds());
 }
@@ -117,8 +120,24 @@ double state_bytes(Simulation& s) {
   return a.bytes;
 }
 
+/// Throws where the case beside a checkpoint says otherwise of its matter than the case of the run did.
+static void check_scene(const std::string& path, const std::string& stored, const std::string& now) {
+  std::istringstream was(stored), is(now);
+  std::string part = "[run]", before, after;  // what the lines are of
+  while (true) {
+    before.clear(), after.clear();
+    if (!std::getline(was, before) & !std::getline(is, after)) return;
+    if (before != after)
+      throw core::CaseError(fmt::format(
+          "{}: is of a run whose case had, in {}, the line `{}` where case.toml beside it has `{}`; mode, bodies, walls and materials of a run that has begun "
+          "stay as they are: put it back", path, part, before, after));
+    if (before.starts_with("name =") || before.starts_with("[")) part = before;
+  }
+}
+
 void read_checkpoint(Simulation& s, const std::string& path) {
   io::ArchiveReader a(path);
+  check_scene(path, a.get<std::string>("run/scene"), io::write_scene(s.spec));
   const auto stored = a.get<std::size_t>("run/n_elements_initial");
   if (stored != s.n_elements_initial)
     throw core::CaseError(fmt::format("{}: is of a run of {} elements, but the case beside it builds {}: it belongs to another case",

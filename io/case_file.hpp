@@ -18,6 +18,9 @@ Case read_case(const std::string& path, const std::vector<std::string>& override
 /// The resolved case as TOML: SI numbers with all their digits, materials written out. Reads back to the same Case.
 std::string write_case(const Case& c);
 
+/// The part of it that a state belongs to and cannot be carried over from: mode, bodies, walls and materials.
+std::string write_scene(const Case& c);
+
 /// "hybrid", "sphere", ...
 const char* to_string(Mode mode);
 const char* to_string(Shape shape);

@@ -75,6 +75,19 @@ std::string body(const BodySpec& b) {
   return t;
 }
 
+std::string bodies(const Case& c) {
+  std::string t;
+  for (const BodySpec& b : c.bodies) t += body(b);
+  for (const RigidWall& w : c.walls) t += "\n[[wall]]\n" + line("point", w.point) + line("normal", w.normal);
+  return t;
+}
+
+std::string materials(const Case& c) {
+  std::string t;
+  for (const auto& [name, m] : c.materials) t += "\n" + write_material(m);
+  return t;
+}
+
 std::string convert(const Case& c) {
   return "\n[convert]\n" + line("criterion", list(c.criteria)) + line("deformation", c.deformation) +
          line("jacobian_ratio", c.jacobian_ratio) + line("min_angle", c.min_angle) +
@@ -103,12 +116,10 @@ std::string reference(const Case& c) {
 }  // namespace
 
 std::string write_case(const Case& c) {
-  std::string t = "# SI units: m, kg, s, Pa, J/kg, K\n" + line("title", toml_string(c.title)) + run(c);
-  for (const BodySpec& b : c.bodies) t += body(b);
-  for (const RigidWall& w : c.walls) t += "\n[[wall]]\n" + line("point", w.point) + line("normal", w.normal);
-  t += convert(c) + "\n[contact]\n" + line("enabled", c.contact) + line("friction", c.friction) + output(c) + reference(c);
-  for (const auto& [name, m] : c.materials) t += "\n" + write_material(m);
-  return t;
+  return "# SI units: m, kg, s, Pa, J/kg, K\n" + line("title", toml_string(c.title)) + run(c) + bodies(c) + convert(c) + "\n[contact]\n" +
+         line("enabled", c.contact) + line("friction", c.friction) + output(c) + reference(c) + materials(c);
 }
+
+std::string write_scene(const Case& c) { return line("mode", toml_string(to_string(c.mode))) + bodies(c) + materials(c); }
 
 }  // namespace io
