@@ -37,4 +37,10 @@ struct Points {
   }
 };
 
+/// Stress of one of them, xx yy zz xy yz zx [Pa].
+inline std::array<double, 6> stress(const Points& pt, std::size_t i) {
+  const double p = pt.p[i];
+  return {pt.s[0][i] - p, pt.s[1][i] - p, pt.s[2][i] - p, pt.s[3][i], pt.s[4][i], pt.s[5][i]};
+}
+
 }  // namespace core

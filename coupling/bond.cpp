@@ -247,6 +247,7 @@ void fill_foreign(const fem::Mesh& mesh, const Bond& bond, sph::Neighbourhood& h
     hood.anchor_start[k + 1] = hood.anchor_start[k] + static_cast<std::uint32_t>(seam_of(bond, k / parts).size()) + 1;
   hood.anchor_xi.resize(hood.anchor_start.back());
   hood.frame.resize(bond.x.size());
+  hood.foreign_stress.resize(bond.x.size());
   using sph::single;
   const double per_unit = 1 / (hood.unit * hood.unit * hood.unit);
   core::for_each(bond.x.size(), [&](std::size_t k) {
@@ -257,13 +258,13 @@ void fill_foreign(const fem::Mesh& mesh, const Bond& bond, sph::Neighbourhood& h
     for (const auto nd : seam_of(bond, k / parts)) hood.anchor_xi[anchor++] = nearest_corner(frame.xi + frame.per_x * (mesh.nodes.x[nd] - bond.x[k]));
     hood.anchor_xi[anchor] = frame.xi;
     sph::Actors& a = hood.actors;
-    const double rho = e.pt.rho[el], volume = e.pt.m[el] / bond.parts() / rho, p = e.pt.p[el];
+    const double rho = e.pt.rho[el], volume = e.pt.m[el] / bond.parts() / rho;
     a.place[i] = {bond.x[k], single(part_h(e, el, bond)), single(volume * per_unit)};
     a.flow[i] = {fem::at(mesh, el, mesh.nodes.v, fem::part_centre(bond.per_edge, static_cast<int>(k % parts))), single(e.pt.c[el]), single(rho)};
     a.strain[i] = {};
     a.strain[i].density = single(rho);
     a.strain[i].spread = 1;
-    a.p_contact[i] = single(std::max(p, 0.0));
+    hood.foreign_stress[k] = core::stress(e.pt, el);
     constexpr int stranger = 1 << 20;  // a body that no particle belongs to
     a.kind[i] = sph::kind_of_body(bond.hold ? e.body[el] : stranger + e.body[el]) | sph::foreign_bit;
   });

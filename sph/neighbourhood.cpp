@@ -275,6 +275,8 @@ void reflect_places(Neighbourhood& hood) {
   each_image(hood, [&](std::size_t i, std::size_t s, const Mirror& m) {
     place[i] = place[s];
     place[i].x = mirrored(m, place[s].x);
+    auto& kind = hood.actors.kind;
+    kind[i] = m.wall ? kind_of_body(wall_body) : kind[s];
   });
 }
 

@@ -450,6 +450,20 @@ void find_near(const PairView& v, std::size_t first, std::size_t last, Moment* m
   }
 }
 
+void find_strangers(const PairView& v, std::size_t first, std::size_t last, core::Vec3* towards) {
+  for (std::size_t i = first; i < last; ++i) {
+    core::Vec3& sum = towards[i - first] = core::Vec3::Zero();
+    const Own own(v, i);
+    for (NearGroup near(v, i); near.left > 0; near.advance()) {
+      const unsigned strange = (!own.same(load_at<Ints>(v.kind, near.id))).bits() & ((1u << near.count()) - 1);
+      for (unsigned left = strange; left != 0; left &= left - 1) {
+        const int l = __builtin_ctz(left);
+        sum += double(near.weight[l]) * (own.place.x - v.place[near.id[l]].x);
+      }
+    }
+  }
+}
+
 namespace {
 
 constexpr std::size_t at_once = 8;  ///< groups that go through each of the loops of pair_forces() in turn

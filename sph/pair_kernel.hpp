@@ -82,6 +82,8 @@ struct RowWork {
   namespace isa {                                                                                                   \
   /** Counts who is near and, in rows that have room for them, keeps them and finds the moment. */                  \
   void find_near(const PairView&, std::size_t first, std::size_t last, Moment* moment);                             \
+  /** Sum of weight times d over strangers that are near; zero where none is. */                                    \
+  void find_strangers(const PairView&, std::size_t first, std::size_t last, core::Vec3* towards);                   \
   void pair_forces(const PairView&, const ParticleSettings&, std::size_t first, std::size_t last, RowForce* force); \
   void pair_work(const PairView&, std::size_t first, std::size_t last, RowWork* work);                              \
   void foreign_forces(const PairView&, const ParticleSettings&, const AnchorView&, std::size_t first, std::size_t last); \

@@ -28,7 +28,6 @@ void fill_actors(const Particles& p, const std::vector<double>& rho_0, Neighbour
     a.flow[i] = {p.v[i], single(p.pt.c[i]), single(p.pt.rho[i])};
     const auto &d = p.stretch[i], &s = p.shear[i];
     a.strain[i] = {{single(d[0]), single(d[1]), single(d[2]), single(s[0]), single(s[1]), single(s[2])}, single(density), single(p.spread[i])};
-    a.p_contact[i] = single(std::max(p.pt.p[i], 0.0));
     a.kind[i] = kind_of_body(p.body[i]) | (p.pt.damage[i] < 1 ? 0 : failed_bit);
   });
 }
@@ -45,6 +44,7 @@ PairView view(Neighbourhood& hood) {
 
 struct PairKernels {
   decltype(&baseline::find_near) find_near;
+  decltype(&baseline::find_strangers) find_strangers;
   decltype(&baseline::correct_rows) correct_rows;
   decltype(&baseline::pair_forces) pair_forces;
   decltype(&baseline::pair_work) pair_work;
@@ -54,7 +54,7 @@ struct PairKernels {
 
 static PairKernels kernels() {
 #define EJECTA_KERNELS(isa) \
-  {isa::find_near, isa::correct_rows, isa::pair_forces, isa::pair_work, isa::foreign_forces, isa::foreign_work}
+  {isa::find_near, isa::find_strangers, isa::correct_rows, isa::pair_forces, isa::pair_work, isa::foreign_forces, isa::foreign_work}
   switch (core::isa()) {
     case core::Isa::avx512: return EJECTA_KERNELS(avx512);
     case core::Isa::avx2: return EJECTA_KERNELS(avx2);
@@ -77,6 +77,38 @@ static void for_each_foreign_block(Neighbourhood& hood, F&& f) {
   });
 }
 
+/// n . a n of a symmetric tensor, xx yy zz xy yz zx.
+static double along(const std::array<double, 6>& a, const Vec3& n) {
+  return (a[0] * n[0] * n[0] + a[1] * n[1] * n[1] + a[2] * n[2] * n[2]) + 2 * (a[3] * n[0] * n[1] + a[4] * n[1] * n[2] + a[5] * n[2] * n[0]);
+}
+
+/// Stress of a row [Pa].
+static std::array<double, 6> stress_at(const Particles& p, const Neighbourhood& hood, std::size_t i) {
+  return i < hood.n_particles ? core::stress(p.pt, i) : hood.foreign_stress[i - hood.n_particles];
+}
+
+static bool strangers_may_meet(const Neighbourhood& hood) {
+  const auto& kind = hood.actors.kind;
+  return hood.n_foreign > 0 || std::any_of(kind.begin(), kind.end(), [&](Kind k) { return (k & body_bits) != (kind[0] & body_bits); });
+}
+
+/// What rows say to strangers: their traction on a plane that faces those, and not their pressure alone, or an elastic bar would rebound
+/// from another as if it bore no shear.
+static void find_tractions(const Particles& p, Neighbourhood& hood) {
+  Actors& a = hood.actors;
+  const PairView pairs = view(hood);
+  const auto kernel = kernels();
+  core::for_each_block(hood.n_particles + hood.n_foreign, row_block, [&](std::size_t first, std::size_t last) {
+    std::array<Vec3, row_block> towards;
+    kernel.find_strangers(pairs, first, last, towards.data());
+    for (std::size_t i = first; i < last; ++i) {
+      const Vec3& n = towards[i - first];
+      const double n2 = n.squaredNorm();
+      a.p_contact[i] = n2 > 0 ? single(std::max(-along(stress_at(p, hood, i), n) / n2, 0.0)) : 0;
+    }
+  });
+}
+
 void correct_gradients(const Particles& p, const ParticleSettings& settings, Neighbourhood& hood,
                        std::vector<Mat3>& correction) {
   correction.resize(p.size());
@@ -92,9 +124,10 @@ void correct_gradients(const Particles& p, const ParticleSettings& settings, Nei
       kernel.find_near(pairs, first, last, moment.data());
       kernel.correct_rows(p.pt, settings.artificial_stress, first, last, moment.data(), correction.data(), hood.acoustic.data(), hood.actors);
     });
-    if (has_room(hood)) return;
+    if (has_room(hood)) break;
     make_room(hood);
   }
+  if (strangers_may_meet(hood)) find_tractions(p, hood);
 }
 
 static Vec3 vec(const double* a) { return {a[0], a[1], a[2]}; }

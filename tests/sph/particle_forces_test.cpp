@@ -321,6 +321,37 @@ TEST(PairSums, BodiesPushAndNeverPull) {
   EXPECT_LT(force_on_first(), -0.5 * scale);  // pushed towards smaller x
 }
 
+/// Bars that bear 1 MPa along x and nothing across press on each other with that, though their pressure is a third of it; and not at all
+/// where they bear no more than pressure across.
+TEST(PairSums, BodiesPressWithTheirTraction) {
+  constexpr int n = 6;
+  Cloud c(n, 0);
+  for (const int axis : {1, 2})  // endless across
+    for (const double side : {0.0, n * spacing}) c.hood.mirrors.push_back({side * Vec3::Unit(axis), (side > 0 ? -1 : 1) * Vec3::Unit(axis), false});
+  const auto press = [&](double xx, double yy, double zz) {  // of the one on the other [N]
+    const double p = -(xx + yy + zz) / 3;
+    for (std::size_t i = 0; i < c.p.size(); ++i) {
+      c.p.body[i] = c.lattice[i][0] < n / 2;
+      c.p.v[i] = Vec3::Zero();
+      c.p.pt.rho[i] = rho_0, sph::set_smoothing_length(c.p, i);
+      c.p.pt.p[i] = p;
+      for (auto& s : c.p.pt.s) s[i] = 0;
+      c.p.pt.s[core::xx][i] = xx + p, c.p.pt.s[core::yy][i] = yy + p, c.p.pt.s[core::zz][i] = zz + p;
+    }
+    c.sums();
+    double f = 0;
+    for (std::size_t i = 0; i < c.p.size(); ++i)
+      if (!c.p.body[i]) f += c.p.f[i][0];
+    return f;
+  };
+  const double fluid = press(-1e6, -1e6, -1e6);
+  EXPECT_GT(fluid, 0.8e6 * n * n * spacing * spacing);
+  EXPECT_NEAR(press(-1e6, 0, 0), fluid, 1e-5 * fluid);
+  EXPECT_NEAR(press(-1e6, 0.5e6, 0.5e6), fluid, 1e-5 * fluid);
+  EXPECT_NEAR(press(0, -1e6, -1e6), 0, 1e-5 * fluid);
+  EXPECT_NEAR(press(1e6, -1e6, -1e6), 0, 1e-5 * fluid);
+}
+
 /// The first law without viscosity: dE = -p dV. A point that strangers compress further than they pay for falls below its cold curve: a
 /// tungsten foil under a beryllium sphere did.
 TEST(PairSums, PressureWorksOnTheVolumeChangeThatItSees) {
@@ -368,9 +399,11 @@ TEST(PairSums, ForeignersPullWhatIsWholeAndLetGoOfWhatHasFailed) {
     hood.anchor_start.assign(1, 0);
     hood.anchor_xi.clear();
     hood.frame.resize(hood.n_foreign);
+    hood.foreign_stress.clear();
     for (std::size_t i = n; i < c.p.size(); ++i) {
       hood.actors.kind[i] = sph::kind_of_body(0) | sph::foreign_bit;
       hood.anchor_xi.push_back(c.p.x[i]);
+      hood.foreign_stress.push_back(core::stress(c.p.pt, i));
       hood.anchor_start.push_back(static_cast<std::uint32_t>(hood.anchor_xi.size()));
     }
     hood.anchor_v_mean.assign(hood.anchor_xi.size(), Vec3::Zero());
