@@ -67,7 +67,8 @@ Result measure_cloud(Matter matter, const Scene& given, std::size_t plate_index)
   Scene scene = given;
   stand_still(matter, scene);
   if (scene.impact_velocity.norm() <= 0 || plate_index >= scene.plates.size()) return result;
-  const Whole whole = make_whole(std::move(matter), scene);
+  Whole whole = make_whole(std::move(matter), scene);
+  whole.faces = bounding_faces(whole);
   measure_cloud_behind(whole, scene, plate_index, result);
   return result;
 }

@@ -183,6 +183,7 @@ TEST(Cloud, DebrisThatLiesInTheDishOfAWallIsNotBehindIt) {
   measure::Scene s = scene_at();
   add_plate(s, "wall", 20 * mm, mm);
   EXPECT_NEAR(get(measure::measure(m, s), "wall.debris_mass_behind") / one, 1, 1e-9);
+  EXPECT_NEAR(get(measure::measure_cloud(m, s, 0), "cloud.mass") / one, 1, 1e-9);
 }
 
 TEST(Cloud, AVelocityOfTheWholeSceneChangesNothing) {
