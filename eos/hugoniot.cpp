@@ -84,29 +84,32 @@ static double turning(const HugoniotPoint& shock, double q) {
 ObliqueImpact onset_of_jetting(const Eos& a, double rho_0_a, const Eos& b, double rho_0_b, double v) {
   if (!(v > 0)) return {0, 0};
   constexpr int n = 200;
-  const double up_end = std::min(largest_covered(a, rho_0_a, v), largest_covered(b, rho_0_b, v));
-  const double p_a_end = hugoniot(a, rho_0_a, up_end).p;
-  std::vector<HugoniotPoint> in_a, in_b;  // shocks of equal pressure, up to that of a body that does not give way
-  for (int k = 1; k <= n; ++k) {
-    const HugoniotPoint shock = hugoniot(b, rho_0_b, up_end * k / n);
-    if (shock.p > p_a_end) break;
-    in_b.push_back(shock);
-    in_a.push_back(hugoniot(a, rho_0_a, bisect(0, up_end, [&](double up) { return hugoniot(a, rho_0_a, up).p - shock.p; })));
-  }
-  // B's surface runs into the point of touch at v / tan(angle), A's at v / sin(angle)
-  const auto most = [&](double angle) {
-    double turned = -1;
-    std::size_t at = 0;
-    for (std::size_t k = 0; k < in_b.size(); ++k) {
-      const double ta = turning(in_a[k], v / std::sin(angle)), tb = turning(in_b[k], v / std::tan(angle));
-      if (ta >= 0 && tb >= 0 && ta + tb > turned) turned = ta + tb, at = k;
+  for (double reach = v;; reach *= 2) {  // slow bodies, and soft ones on hard, are sped up by more than v before they jet
+    const double up_end = std::min(largest_covered(a, rho_0_a, reach), largest_covered(b, rho_0_b, reach));
+    const double p_a_end = hugoniot(a, rho_0_a, up_end).p;
+    double up_b_end = up_end;
+    if (hugoniot(b, rho_0_b, up_end).p > p_a_end) up_b_end = bisect(0, up_end, [&](double up) { return hugoniot(b, rho_0_b, up).p - p_a_end; });
+    std::vector<HugoniotPoint> in_a, in_b;  // shocks of equal pressure
+    for (int k = 1; k <= n; ++k) {
+      const HugoniotPoint shock = hugoniot(b, rho_0_b, up_b_end * k / n);
+      in_b.push_back(shock);
+      in_a.push_back(hugoniot(a, rho_0_a, bisect(0, up_end, [&](double up) { return hugoniot(a, rho_0_a, up).p - shock.p; })));
     }
-    return std::pair{turned, at};
-  };
-  const double angle = bisect(0.01, 1.5, [&](double x) { return x - most(x).first; });
-  const std::size_t at = most(angle).second;
-  if (up_end < v && at + 1 == in_b.size()) return {0, 0};
-  return {angle, in_b[at].p};
+    // B's surface runs into the point of touch at v / tan(angle), A's at v / sin(angle)
+    const auto most = [&](double angle) {
+      double turned = -1;
+      std::size_t at = 0;
+      for (std::size_t k = 0; k < in_b.size(); ++k) {
+        const double ta = turning(in_a[k], v / std::sin(angle)), tb = turning(in_b[k], v / std::tan(angle));
+        if (ta >= 0 && tb >= 0 && ta + tb > turned) turned = ta + tb, at = k;
+      }
+      return std::pair{turned, at};
+    };
+    const double angle = bisect(1e-6, 1.5, [&](double x) { return x - most(x).first; });
+    const std::size_t at = most(angle).second;
+    if (at + 1 < in_b.size()) return {angle, in_b[at].p};
+    if (up_end < reach) return {0, 0};
+  }
 }
 
 }  // namespace eos

@@ -104,6 +104,23 @@ TEST(Hugoniot, ObliqueImpactBeforeJetting) {
   EXPECT_GT(copper_on_aluminium.p, eos::impact_pressure(copper(), 8930, aluminium_2024(), 2785, 8000));
 }
 
+TEST(Hugoniot, ObliqueImpactOfSlowSoftAndHardBodies) {
+  // attached shocks of Us = c_0 + s up, solved outside; matter is sped up by more than the closing speed before it jets
+  eos::MieGrueneisen foam{.rho_0 = 100, .c_0 = 500, .s_1 = 1.2, .gamma_0 = 0.5, .a = 0, .cv = 1500};
+  eos::prepare(foam);
+  const auto expect = [](const eos::Eos& a, double rho_0_a, const eos::Eos& b, double rho_0_b, double v, double degrees, double GPa) {
+    const auto jet = eos::onset_of_jetting(a, rho_0_a, b, rho_0_b, v);
+    EXPECT_NEAR(jet.angle * 180 / std::numbers::pi, degrees, 1e-3 * degrees) << v;
+    EXPECT_NEAR(jet.p * 1e-9, GPa, 0.02 * GPa) << v;  // steps of 1 % in up
+  };
+  expect(aluminium_2024(), 2785, aluminium_2024(), 2785, 50, 0.5115, 2.110);
+  expect(aluminium_2024(), 2785, aluminium_2024(), 2785, 200, 1.9036, 5.714);
+  expect(aluminium_2024(), 2785, copper(), 8930, 3000, 16.839, 82.36);
+  expect(copper(), 8930, aluminium_2024(), 2785, 3000, 16.263, 80.46);
+  expect(foam, 100, copper(), 8930, 200, 2.9055, 0.01499);
+  expect(foam, 100, copper(), 8930, 3000, 36.249, 1.5547);
+}
+
 TEST(Hugoniot, ObliqueImpactNearTheEndOfTheRange) {
   // 25 km/s is beyond the shocks that the model covers, a flat impact at that speed is not
   EXPECT_THROW(eos::hugoniot(aluminium_2024(), 2785, 25000), core::CaseError);
