@@ -233,10 +233,16 @@ std::vector<std::uint32_t> cloud_rows(const Whole& whole, const Scene& scene, st
   const int plate = scene.plates[plate_index];
   const PlateFrame frame = plate_frame(scene, plate);
   std::optional<Underside> underside;  // only where debris may lie in a dish
+  std::optional<bool> perforated;      // only where it does not lie still there: it may push a wall that holds
   const auto lies_in_dish = [&](std::uint32_t row, const Vec3& x) {
-    if ((whole.matter.v[row] - whole.rims[plate].velocity).norm() > loose_speed * whole.impact_speed) return false;
     if (!underside) underside.emplace(whole, frame, plate);
-    return underside->is_above(x);
+    if (!underside->is_above(x)) return false;
+    if ((whole.matter.v[row] - whole.rims[plate].velocity).norm() <= loose_speed * whole.impact_speed) return true;
+    if (!perforated) {
+      const Surface sound = surface_of(whole, frame, plate, whole.sound);
+      perforated = find_opening(sound, disturbed_window(sound, frame), frame.thickness).through;
+    }
+    return !*perforated;
   };
   Rows rows;
   for (std::uint32_t row = 0; row < whole.size(); ++row) {

@@ -186,6 +186,25 @@ TEST(Cloud, DebrisThatLiesInTheDishOfAWallIsNotBehindIt) {
   EXPECT_NEAR(get(measure::measure_cloud(m, s, 0), "cloud.mass") / one, 1, 1e-9);
 }
 
+TEST(Cloud, WhatStillPushesTheDishOfAWallThatHoldsIsNotBehindIt) {
+  const double d = 0.3 * mm, one = rho_0 * d * d * d;
+  for (const bool perforated : {false, true}) {  // beside the dish
+    measure::Matter m;
+    Block b = plate(20 * mm, mm, 40, 2);
+    b.map = [](const Vec3& x) { return Vec3(x - Vec3(0, 0, 3 * mm * std::exp(-x.head<2>().squaredNorm() / (9 * mm * mm)))); };
+    if (perforated) b.keep = [](const Vec3& x) { return (x - Vec3(5 * mm, 0, 0)).head<2>().norm() > 2 * mm; };
+    add_block(m, b);
+    add_particle(m, {0.2 * mm, 0, -2.2 * mm}, {0, 0, -900}, d, 0);
+    add_particle(m, {0.2 * mm, 0, -6 * mm}, {0, 0, -900}, d, 0);
+    measure::Scene s = scene_at();
+    add_plate(s, "wall", 20 * mm, mm);
+    const measure::Result r = measure::measure(m, s);
+    EXPECT_EQ(get(r, "wall.perforated"), perforated);
+    EXPECT_NEAR(get(r, "wall.debris_mass_behind") / one, perforated ? 2 : 1, 1e-9);
+    EXPECT_NEAR(get(r, "fragments.mass") / one, perforated ? 2 : 1, 1e-9);
+  }
+}
+
 TEST(Cloud, AVelocityOfTheWholeSceneChangesNothing) {
   measure::Matter m;
   measure::Scene s = scene_at();
