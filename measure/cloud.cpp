@@ -220,13 +220,23 @@ class Underside {
 
 }  // namespace
 
+/// Does the line of flight of a body, as seen from a plate, pass the plate with all of the body beyond its edges?
+static bool flies_round(const Scene& scene, int plate, int body) {
+  const BodyScene &p = scene.bodies[plate], &b = scene.bodies[body];
+  const PlateFrame frame = plate_frame(scene, plate);
+  const Vec3 x = frame.axes * (b.center - p.center), v = frame.axes * (b.velocity - p.velocity);
+  if (v.z() >= 0) return false;
+  const Vec3 beyond = (x - x.z() / v.z() * v).cwiseAbs() - frame.half;
+  return std::max(beyond.x(), beyond.y()) > 0.5 * b.extent.norm();
+}
+
 bool built_before(const Scene& scene, std::size_t plate_index, int body) {
   const auto found = std::find(scene.plates.begin(), scene.plates.end(), body);
   if (found != scene.plates.end()) return static_cast<std::size_t>(found - scene.plates.begin()) <= plate_index;
   if (body == scene.projectile) return true;
   const BodyScene& plate = scene.bodies[scene.plates[plate_index]];
   const double side = plate.normal.dot(scene.impact_velocity) > 0 ? -1 : 1;
-  return side * plate.normal.dot(scene.bodies[body].center - plate.center) > 0;
+  return side * plate.normal.dot(scene.bodies[body].center - plate.center) > 0 && !flies_round(scene, scene.plates[plate_index], body);
 }
 
 std::vector<std::uint32_t> cloud_rows(const Whole& whole, const Scene& scene, std::size_t plate_index) {

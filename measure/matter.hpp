@@ -120,7 +120,7 @@ struct Result {
 };
 
 /// Can the debris behind the plate scene.plates[plate_index] hold matter of this body? Not of later plates, nor of anything else
-/// that stood behind it.
+/// that stood behind it, nor of what flies past its edges.
 bool built_before(const Scene& scene, std::size_t plate_index, int body);
 
 /// Every measurement that the scene allows. Keys and definitions: docs/measurements.md.

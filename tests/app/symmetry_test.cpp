@@ -100,6 +100,41 @@ material = "Al2024-T351"
   }
 }
 
+TEST(Clouds, AreNotTakenWhenSomethingElseComesNear) {
+  // a second sphere flies past the bumper and is at the wall while the first has just struck the bumper
+  const std::string text = std::string(small_case::text) + R"([[body]]
+name = "second"
+shape = "sphere"
+diameter = "1 mm"
+center = ["0 mm", "4.5 mm", "0.52 mm"]
+velocity = ["0 km/s", "0 km/s", "-5.9 km/s"]
+material = "Al2024-T351"
+[[body]]
+name = "wall"
+shape = "plate"
+size = ["12 mm", "12 mm"]
+thickness = "0.3 mm"
+center = ["0 mm", "0 mm", "-3 mm"]
+material = "Al2024-T351"
+)";
+  auto s = small_case::begin({"run.elements_across=6", "body.projectile.center=[0, 0, \"3.5 mm\"]"}, text);
+  while (s->time < 1.2e-6) {
+    app::choose_step(*s, 1.2e-6);
+    app::step(*s);
+    if (s->steps % 10 == 0) app::freeze_clouds(*s);
+  }
+  ASSERT_EQ(s->cloud_frozen[0], 1);
+  double mass = 0, front = 0;
+  for (const auto& v : app::measure_snapshot(app::take_snapshot(*s), app::scene_now(*s), s->frozen).values) {
+    if (v.key == "cloud.mass") mass = v.value;
+    if (v.key == "cloud.axial_velocity_front") front = v.value;
+  }
+  const double sphere = 2785 * 3.14159265 / 6 * 1e-9;
+  EXPECT_GT(mass, 0.5 * sphere);
+  EXPECT_GT(front, 4500);
+  EXPECT_LT(front, 7500);
+}
+
 TEST(Symmetry, QuarterHalfAndWholeAgree) {
   const auto whole = shoot({"run.symmetry=\"none\""});
   const auto half = shoot({"run.symmetry=[\"x\"]"});
