@@ -13,6 +13,7 @@
 #include <cmath>
 #include <csignal>
 #include <cstdio>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <memory>
@@ -56,6 +57,16 @@ class FolderLock {
  private:
   int folder_;
 };
+
+/// Before anything is done: a folder that takes no files is for the user to put right. A disk without room stops the run, as it
+/// would later on.
+static void require_writable(const std::string& dir) {
+  const std::string path = dir + "/log.txt";
+  const int file = open(path.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
+  if (file < 0 && errno != ENOSPC && errno != EDQUOT)
+    throw core::CaseError(fmt::format("{}: cannot be written: {}; give another --out", path, std::strerror(errno)));
+  if (file >= 0) close(file);
+}
 
 /// Text for the screen, which may be gone while the run goes on.
 static void say(const std::string& text, std::FILE* screen = stdout) {
@@ -324,6 +335,7 @@ int run(const io::Case& spec, const std::string& dir, bool force) {
   if (error) throw core::CaseError(fmt::format("{}: the output folder cannot be made: {}", dir, error.message()));
   const FolderLock lock(dir);
   refuse_to_overwrite();  // another run may have begun there since
+  require_writable(dir);
   for (const char* name : {"summary.json", "checkpoint.h5", "fragments.csv", "measurements.csv"}) fs::remove(fs::path(dir) / name, error);
   Output out = open_output(*s, dir, false);
   std::ofstream(dir + "/case.toml") << io::write_case(s->spec);

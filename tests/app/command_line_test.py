@@ -230,6 +230,10 @@ class Messages(Folder):
         self.write("file", "")
         self.refused("run", "case.toml", "--out", os.path.join(self.dir, "file", "out"), says=["file"])
 
+    def test_folder_that_takes_no_files(self):
+        said = self.refused("run", "case.toml", "--out", "/proc", "--force", says=["/proc", "cannot be written", "--out"])  # whoever runs it
+        self.assertNotIn("stopped", said)
+
     def test_usage(self):
         self.refused("rnu", "case.toml", says=["rnu"])
         self.refused(says=["run"])
