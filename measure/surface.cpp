@@ -266,8 +266,7 @@ Window disturbed_window(const Surface& surface, const PlateFrame& frame) {
   };
   for (const Quad& q : surface.quads)
     if (!q.flat) include(box_of(q), edge_length(q));
-  for (const Sphere& s : surface.spheres)
-    if (frame.rim(s.x) <= edge_begins) include(box_of(s), s.spacing);
+  for (const Sphere& s : surface.spheres) include(box_of(s), s.spacing);
   Window window;
   if (sizes.empty()) return window;
   const auto typical = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
@@ -363,9 +362,23 @@ Patch largest_patch(const Columns& columns, std::span<const char> marked) {
   return best;
 }
 
-Opening find_opening(const Surface& surface, const Window& window, double thickness) {
+/// The window with the plate's edge and what is beyond, on the sides where it comes near the edge: there what still stands of the
+/// edge closes the opening in its middle.
+static Window with_edges(Window window, const Surface& surface, const PlateFrame& frame) {
+  Box all;
+  for (const Quad& q : surface.quads) all.add(box_of(q));
+  for (const Sphere& s : surface.spheres) all.add(box_of(s));
+  for (int k = 0; k < 2; ++k) {
+    if (window.low[k] <= -edge_begins * frame.half[k]) window.low[k] = all.low[k] - window.size;
+    if (window.high[k] >= edge_begins * frame.half[k]) window.high[k] = all.high[k] + window.size;
+  }
+  return window;
+}
+
+Opening find_opening(const Surface& surface, const Window& disturbed, const PlateFrame& frame) {
   Opening opening;
-  if (!window.exists) return opening;
+  if (!disturbed.exists) return opening;
+  const Window window = with_edges(disturbed, surface, frame);
   double low = 1e300, high = -1e300;
   each_over(surface, window, [&](const auto& piece) {
     const Box box = box_of(piece);
@@ -378,7 +391,7 @@ Opening find_opening(const Surface& surface, const Window& window, double thickn
   opening.through = voxels.flood();
   if (!opening.through) return opening;
   opening.seen = largest_patch(voxels.columns(), voxels.open_columns());
-  opening.bent = middle_of(surface, window, thickness);
+  opening.bent = middle_of(surface, window, frame.thickness);
   opening.middle = largest_patch(voxels.columns(), voxels.flooded_in(opening.bent));
   return opening;
 }

@@ -83,7 +83,7 @@ struct Opening {
   Patch middle;           ///< largest patch, in that middle, of the space connected to its front
 };
 /// Flood fill, from the front side, of the voxels that the surface does not touch.
-Opening find_opening(const Surface& surface, const Window& window, double thickness);
+Opening find_opening(const Surface& surface, const Window& disturbed, const PlateFrame& frame);
 
 /// Height of the front-most point of the surface over every column [m]; lowest() where there is none.
 std::vector<double> front_heights(const Surface& surface, const Columns& columns);

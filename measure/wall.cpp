@@ -40,7 +40,7 @@ Plate make_plate(const Whole& whole, const Scene& scene, int body) {
   plate.held = surface_of(whole, plate.frame, body, whole.held);
   plate.settled = surface_of(whole, plate.frame, body, whole.settled);
   plate.window = disturbed_window(plate.sound, plate.frame);
-  plate.opening = find_opening(plate.sound, plate.window, plate.frame.thickness);
+  plate.opening = find_opening(plate.sound, plate.window, plate.frame);
   return plate;
 }
 

@@ -40,6 +40,28 @@ TEST(Perforation, NoWayRoundAPlateThatMovedIsAHole) {
   EXPECT_EQ(get(measured(b), "wall.perforated"), 1);
 }
 
+TEST(Perforation, OneThatHasEatenAllButTheEdgeIsAHole) {
+  for (const double left : {1.0, 0.5}) {  // width of what still stands [mm]
+    const auto stands = [&](const Vec3& x) { return std::max(std::abs(x.x()), std::abs(x.y())) > 0.5 * width - left * mm; };
+    Block b = plate(width, thickness, 40, 4);
+    b.keep = stands;
+    EXPECT_EQ(get(measured(b), "wall.perforated"), 1) << left;
+    measure::Matter m;  // the same as particles
+    for (int i = 0; i < 40; ++i)
+      for (int j = 0; j < 40; ++j)
+        for (int k = 0; k < 4; ++k) {
+          const Vec3 x = Vec3(i - 19.5, j - 19.5, k - 1.5) * 0.5 * mm;
+          if (stands(x)) add_particle(m, x, {0, 0, 0}, 0.5 * mm, 1);
+        }
+    measure::Scene s = scene_at();
+    add_plate(s, "wall", width, thickness);
+    const measure::Result r = measure::measure(m, s);
+    EXPECT_EQ(get(r, "wall.perforated"), 1) << left;
+    EXPECT_GT(get(r, "wall.hole_diameter"), width - 2 * left * mm) << left;  // a square: 2 x half its width x mean of sec
+    EXPECT_FALSE(find(r, "wall.crater_diameter")) << left;
+  }
+}
+
 TEST(Perforation, OneColumnOfElementsIsAHole) {
   Block b = plate(width, thickness, 40, 4);
   b.keep = [](const Vec3& x) { return std::abs(x.x() - 0.25 * mm) > 0.2 * mm || std::abs(x.y() - 0.25 * mm) > 0.2 * mm; };
