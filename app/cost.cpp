@@ -41,7 +41,7 @@ static Part part_of(Stage stage) {
 struct Size {
   double across = 0;               ///< elements across the projectile
   double n_elements = 0;
-  std::vector<double> smallest;    ///< [body] volume of the smallest element as built [m3]
+  std::vector<double> smallest;    ///< [body] volume of the smallest element as built, in mode sph of the mean one [m3]
 };
 
 struct Pilot {
@@ -63,6 +63,15 @@ static Size size_of(const Simulation& s) {
     for (std::size_t el = range.first; el < range.last; ++el) least = std::min(least, e.volume_0[el]);
     r.smallest.push_back(least);
   }
+  // in mode sph no element is left: the mean of those that the particles were, so that numbers of particles go over as they are
+  std::vector<double> volume(r.smallest.size(), 0), n(r.smallest.size(), 0);
+  for (std::size_t i = 0; i < s.particles.size(); ++i) {
+    const auto b = static_cast<std::size_t>(s.particles.body[i]);
+    volume[b] += s.particles.pt.m[i] / s.rho_0[b];
+    n[b] += std::pow(s.spec.particles_per_edge, -3);
+  }
+  for (std::size_t b = 0; b < n.size(); ++b)
+    if (n[b] > 0) r.smallest[b] = volume[b] / n[b];
   return r;
 }
 

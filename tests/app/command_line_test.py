@@ -507,6 +507,13 @@ material = "Al2024-T351"
         r = self.ejecta("check", "resolved.toml")
         self.assertEqual(r.returncode, 0, r.stderr)
 
+    def test_check_of_particles(self):
+        for each in (1, 2):  # particles per edge
+            r = self.ejecta("check", "case.toml", "--mode", "sph", "--threads", "1", "--set", f"convert.particles_per_edge={each}")
+            self.assertEqual(r.returncode, 0, r.stderr)
+            elements, particles = map(int, re.search(r"# cost: (\d+) elements.* (\d+) particles at the end", r.stdout).groups())
+            self.assertEqual(particles, each**3 * elements)
+
     def test_materials_and_hugoniot(self):
         r = self.ejecta("materials")
         self.assertEqual(r.returncode, 0)
