@@ -19,8 +19,8 @@ namespace app {
 constexpr double most_trend = 1.0;  ///< powers of h; more is the scatter of two coarse pilots and no trend
 
 /// What a run holds beyond the state as built, for each element: contact's lists, a part of the output on its way; and where a cloud is
-/// measured on its way to the next plate, a copy of what is measured, and what each symmetry copy takes.
-constexpr double more_bytes_per_element = 60, measured_bytes_per_element = 300, measured_bytes_per_copy = 90;
+/// measured on its way to the next plate, a copy of each element and particle, and what each symmetry copy takes.
+constexpr double more_bytes_per_element = 60, measured_bytes_per_row = 300, measured_bytes_per_copy = 90;
 constexpr double small_arrays = 15e6;  ///< of any run: buffers, grids of measurements
 
 enum Part { elements, particles, contact };
@@ -212,7 +212,8 @@ Cost predict_cost(const Simulation& built, double budget) {
   // in mode sph the particles are there already, without lists, and nothing else is
   const bool particles_alone = built.spec.mode == io::Mode::sph;
   c.bytes = small_arrays + (particles_alone ? static_cast<double>(built.particles.size()) : c.particles) * bytes_per_particle();
-  const double measured = built.scene.plates.size() > 1 ? measured_bytes_per_element + measured_bytes_per_copy * built.spec.symmetry.copies() : 0.0;
+  const double measured = built.scene.plates.size() > 1 ? measured_bytes_per_row + measured_bytes_per_copy * built.spec.symmetry.copies() : 0.0;
+  c.bytes += measured * c.particles;
   if (!particles_alone) c.bytes += memory + (more_bytes_per_element + measured) * wanted.n_elements;
   c.pilot_across = static_cast<int>(last.size.across);
   c.pilot_part = last.reached;

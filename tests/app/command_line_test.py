@@ -756,6 +756,17 @@ class Memory(Folder):
         self.assertGreater(n, 5e4)
         self.assertLess(each, 2700)
 
+    def test_check_of_particles_that_are_measured_on_their_way(self):
+        wall = CASE[CASE.rindex("[[body]]"):CASE.index("[output]")].replace("bumper", "wall").replace("-0.15 mm", "-1.15 mm")
+        self.write("case.toml", CASE + wall)
+        more = ["--mode", "sph", "--set", "run.elements_across=16", "--set", 'run.end="0.25 us"']
+        self.peak(*more)
+        with open(os.path.join(self.out, "run.h5"), "rb") as f:
+            self.assertIn(b"frozen:cloud.mass", f.read())
+        r = self.ejecta("check", "case.toml", "--threads", "1", *more)
+        said = float(re.search(r"([0-9.]+) GiB of", r.stdout).group(1)) * 2**30
+        self.assertGreater(said, 0.7 * self.summary(self.out)["peak_memory_bytes"])
+
 
 class Tables(Folder):
     """`ejecta eos table` and a run on what it wrote."""
