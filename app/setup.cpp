@@ -32,17 +32,19 @@ static bool symmetric(const io::RigidWall& w, int axis) { return w.normal[axis] 
 core::Symmetry find_symmetry(const io::Case& spec) {
   core::Symmetry s = spec.symmetry;
   for (int axis = 0; axis < 3; ++axis) {
-    const auto& bodies = spec.bodies;
-    const bool all = std::all_of(bodies.begin(), bodies.end(), [&](const auto& b) { return symmetric(b, axis); }) &&
-                     std::all_of(spec.walls.begin(), spec.walls.end(), [&](const auto& w) { return symmetric(w, axis); });
+    std::string odd;  // the first that is not its own image
+    for (std::size_t w = spec.walls.size(); w-- > 0;)
+      if (!symmetric(spec.walls[w], axis)) odd = fmt::format("wall.{}", w);
+    for (auto b = spec.bodies.rbegin(); b != spec.bodies.rend(); ++b)
+      if (!symmetric(*b, axis)) odd = fmt::format("body \"{}\"", b->name);
     const auto k = static_cast<std::size_t>(axis);
     if (spec.symmetry_auto)
-      s.plane[k] = all && axis < 2;  // about z only where a case asks: the line of flight is along it
-    else if (s.plane[k] && !all)
+      s.plane[k] = odd.empty() && axis < 2;  // about z only where a case asks: the line of flight is along it
+    else if (s.plane[k] && !odd.empty())
       throw core::CaseError(fmt::format(
-          "{}: run.symmetry names \"{}\", but the scene is not its own mirror image about that plane: every body must have "
+          "{}: run.symmetry names \"{}\", but the scene is not its own mirror image about that plane, for {} is not: every body must have "
           "center and velocity in it, one of its edges across it, and none a mesh from a file; use symmetry = \"auto\" or \"none\"",
-          spec.file, "xyz"[axis]));
+          spec.file, "xyz"[axis], odd));
   }
   return s;
 }

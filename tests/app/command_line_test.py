@@ -154,6 +154,10 @@ class Messages(Folder):
         text = CASE.replace('"0.52 mm"]', '"0.42 mm"]')
         self.refused("run", "case.toml", "--out", self.out, text=text, says=["projectile", "bumper", "overlap", "case.toml"])
 
+    def test_a_body_that_a_plane_of_symmetry_does_not_halve(self):
+        text = CASE.replace('elements_across = 6', 'elements_across = 6\nsymmetry = ["y"]').replace('"0 mm", "0 mm", "-0.15 mm"', '"0 mm", "1 mm", "-0.15 mm"')
+        self.refused("run", "case.toml", "--out", self.out, text=text, says=["case.toml", "run.symmetry", '"y"', 'body "bumper"', "auto"])
+
     def test_a_body_behind_a_wall(self):
         wall = '[[wall]]\npoint = [0, 0, "{}"]\nnormal = [0, 0, {}]\n'
         for height, normal, depth in [("-1 mm", -1, "2.02"), ("0.5 mm", 1, "0.48")]:
