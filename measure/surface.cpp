@@ -19,6 +19,7 @@ using core::Vec3;
 constexpr double flat_tolerance = 0.02;       // of the thickness ...
 constexpr double flat_tolerance_size = 0.1;   // ... and of the face's edge, whichever is smaller
 constexpr double edge_begins = 0.97;          // of the half edges
+constexpr double half_way = 0.5;              // from the middle to the edge
 constexpr double voxel_of_element = 0.5;
 constexpr double most_voxels = 12e6;
 constexpr double samples_per_voxel = 2.5;
@@ -100,9 +101,13 @@ class Voxels {
     mark_point(s.x);
   }
 
-  /// Fills columns without material that lie open to the side: beyond the edge of a plate that has moved or is drawn in.
-  void close_outside() {
+  /// Fills columns without material that lie open to the side: beyond the edge of a plate that has moved or is drawn in. No plate that holds
+  /// together moves as far as half-way to its middle: there it is gone.
+  void close_outside(const PlateFrame& frame) {
     std::vector<char> empty(columns_.size(), 1);
+    for (int j = 0; j < count(1); ++j)
+      for (int i = 0; i < count(0); ++i)
+        if (frame.rim({columns_.x(0, i), columns_.x(1, j), 0}) < half_way) empty[columns_.index(i, j)] = 0;
     for (std::size_t k = 0; k < solid_.size(); ++k)
       if (solid_[k] != 0) empty[k % columns_.size()] = 0;
     for (int j = 0; j < count(1); ++j)
@@ -387,7 +392,7 @@ Opening find_opening(const Surface& surface, const Window& disturbed, const Plat
   if (high < low) return opening;
   Voxels voxels(window, low, high);
   each_over(surface, window, [&](const auto& piece) { voxels.mark(piece); });
-  voxels.close_outside();
+  voxels.close_outside(frame);
   opening.through = voxels.flood();
   if (!opening.through) return opening;
   opening.seen = largest_patch(voxels.columns(), voxels.open_columns());

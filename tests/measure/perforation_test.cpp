@@ -62,6 +62,16 @@ TEST(Perforation, OneThatHasEatenAllButTheEdgeIsAHole) {
   }
 }
 
+TEST(Perforation, APlateInPiecesIsPerforated) {
+  Block b = plate(width, thickness, 40, 4);
+  b.keep = [](const Vec3& x) { return std::max(std::abs(x.x()), std::abs(x.y())) > 4 * mm && std::abs(x.y() - x.x()) > 2 * mm; };  // torn across
+  EXPECT_EQ(get(measured(b), "wall.perforated"), 1);
+  b.keep = [](const Vec3& x) { return x.x() > 3 * mm; };  // what is left of it
+  EXPECT_EQ(get(measured(b), "wall.perforated"), 1);
+  b.keep = [](const Vec3& x) { return std::hypot(x.x() - 0.5 * width, x.y()) > 3 * mm; };  // a bite
+  EXPECT_EQ(get(measured(b), "wall.perforated"), 0);
+}
+
 TEST(Perforation, OneColumnOfElementsIsAHole) {
   Block b = plate(width, thickness, 40, 4);
   b.keep = [](const Vec3& x) { return std::abs(x.x() - 0.25 * mm) > 0.2 * mm || std::abs(x.y() - 0.25 * mm) > 0.2 * mm; };
