@@ -215,7 +215,7 @@ static void advance_to_end(Simulation& s, Output& out) {
     const double next_output = next_multiple(s.time, out.every);
     choose_step(s, s.spec.end);
     step(s);
-    if (s.steps % 10 == 0) freeze_clouds(s);
+    freeze_clouds(s);
     out.tell_warnings(s);
     progress.show(s);
     if (s.time >= next_history * (1 - 1e-12)) {

@@ -75,6 +75,7 @@ struct Simulation {
   std::vector<std::uint8_t> on_axis;       ///< [element] built within one element of the line of flight
   std::vector<measure::Value> frozen;      ///< clouds as they were just before they met the next plate
   std::vector<std::uint8_t> cloud_frozen;  ///< [plate]
+  double clouds_due = 0;                   ///< before this time none of them can be near the next plate [s]
   std::vector<std::string> warnings;       ///< meshes that do not match; one a material at most: matter that left its table
   std::vector<std::uint8_t> off_table;     ///< [material] it has been said
   double peak_removed = 0, peak_removed_axis = 0;  ///< highest pressures in elements that were deleted [Pa]

@@ -128,7 +128,11 @@ static double near_enough(const measure::Scene& scene, std::size_t k) {
   return 0.25 * std::min(scene.projectile_size, std::max(gap, 0.0));
 }
 
+constexpr double fastest_debris = 2;  ///< of the impact speed: more than any flies at
+
 void freeze_clouds(Simulation& s) {
+  if (s.time < s.clouds_due) return;
+  s.clouds_due = 1e300;
   s.scene.time = s.time;
   const measure::Scene& scene = s.scene;
   s.cloud_frozen.resize(scene.plates.size(), 0);
@@ -136,19 +140,25 @@ void freeze_clouds(Simulation& s) {
     if (s.cloud_frozen[k]) continue;
     const measure::PlateFrame wall = measure::plate_frame(scene, scene.plates[k + 1]);
     const auto may_strike = [&](std::size_t body) { return measure::built_before(scene, k, static_cast<int>(body)); };
-    double nearest = 1e300;
-    const auto note = [&](const Vec3& x) {
+    double nearest = 1e300, ahead = 1e300;  // what may be the front, and what lies before it
+    const auto note = [&](const Vec3& x, bool awake) {
       const Vec3 local = wall.local(x);
-      if (wall.rim(local) <= 1) nearest = std::min(nearest, local.z() - wall.half.z());
+      const double height = local.z() - wall.half.z();
+      ahead = std::min(ahead, height);
+      if (awake && wall.rim(local) <= 1) nearest = std::min(nearest, height);
     };
     for (std::size_t i = 0; i < s.particles.size(); ++i)
-      if (may_strike(s.particles.body[i])) note(s.particles.x[i]);
+      if (may_strike(s.particles.body[i])) note(s.particles.x[i], true);
     for (std::size_t b = 0; b < s.mesh.body_nodes.size(); ++b) {
-      if (!s.mesh.body_awake[b] || !may_strike(b)) continue;
+      if (!may_strike(b)) continue;
       for (std::size_t nd = s.mesh.body_nodes[b].first; nd < s.mesh.body_nodes[b].last; ++nd)
-        if (s.mesh.nodes.m[nd] > 0 && s.mesh.nodes.awake[nd]) note(s.mesh.nodes.x[nd]);
+        if (s.mesh.nodes.m[nd] > 0) note(s.mesh.nodes.x[nd], s.mesh.body_awake[b] && s.mesh.nodes.awake[nd]);
     }
-    if (nearest > near_enough(scene, k)) continue;
+    if (nearest > near_enough(scene, k)) {
+      const double closing = scene.impact_velocity.norm() + (scene.bodies[static_cast<std::size_t>(scene.plates[k + 1])].velocity - scene.rest).norm();
+      s.clouds_due = std::min(s.clouds_due, s.time + std::max(0.0, ahead - near_enough(scene, k)) / (fastest_debris * closing));
+      continue;
+    }
     s.cloud_frozen[k] = 1;
     const auto r = measure::measure_cloud(matter_of(take_snapshot(s)), scene_now(s), k);
     s.frozen.insert(s.frozen.end(), r.values.begin(), r.values.end());

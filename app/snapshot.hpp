@@ -28,7 +28,7 @@ std::vector<measure::Value> recall(const io::Snapshot& snapshot, measure::Scene&
 measure::Result measure_snapshot(io::Snapshot snapshot, const measure::Scene& scene,
                                  const std::vector<measure::Value>& frozen);
 
-/// Measures the cloud behind a plate at the moment when its front comes near the next plate, once.
+/// Measures the cloud behind a plate at the moment when its front comes near the next plate, once. To be asked after every step.
 void freeze_clouds(Simulation& s);
 
 }  // namespace app

@@ -518,6 +518,24 @@ material = "Al2024-T351"
             elements, particles = map(int, re.search(r"# cost: (\d+) elements.* (\d+) particles at the end", r.stdout).groups())
             self.assertEqual(particles, each**3 * elements)
 
+    def test_a_cloud_is_measured_before_it_strikes(self):
+        if h5py is None:
+            self.skipTest("needs h5py")
+        wall = CASE[CASE.rindex("[[body]]"):CASE.index("[output]")].replace("bumper", "wall").replace("-0.15 mm", "-1.65 mm")  # front face at -1.5 mm
+        self.write("case.toml", CASE.replace("elements_across = 6", "elements_across = 4") + wall)
+        r = self.ejecta("run", "case.toml", "--out", self.out, "--set", "output.every=1e-15")
+        self.assertEqual(r.returncode, 0, r.stderr)
+        with h5py.File(os.path.join(self.out, "run.h5")) as f:
+            steps = [f[name] for name in sorted(f) if any("frozen:cloud." in a for a in f[name].attrs)]
+            step = steps[0]
+            front = min(float(x) for x in step["particle_x"][:, 2])
+            nodes = step["element_node"][:][step["element/body"][:] < 2].ravel()
+            front = min(front, float(step["node_x"][:][nodes, 2].min()))
+            longest = max(float(f[name].attrs["time"]) for name in f) / len(f)
+        near = 0.25e-3  # a quarter of the sphere
+        self.assertLess(front + 1.5e-3, near)
+        self.assertGreater(front + 1.5e-3, near - 1.5 * 6000 * 2 * longest)  # within a step's way
+
     def test_materials_and_hugoniot(self):
         r = self.ejecta("materials")
         self.assertEqual(r.returncode, 0)
