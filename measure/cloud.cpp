@@ -250,7 +250,7 @@ std::vector<std::uint32_t> cloud_rows(const Whole& whole, const Scene& scene, st
     if ((whole.matter.v[row] - whole.rims[plate].velocity).norm() <= loose_speed * whole.impact_speed) return true;
     if (!perforated) {
       const Surface sound = surface_of(whole, frame, plate, whole.sound);
-      perforated = find_opening(sound, disturbed_window(sound, frame), frame.thickness).through;
+      perforated = find_opening(sound, disturbed_window(sound, frame), frame).through;
     }
     return !*perforated;
   };
