@@ -97,7 +97,7 @@ void bar(bool spall, double length_tolerance, double foot_tolerance) {
   quarter.plane = {true, true, false};
   s.spec.symmetry = quarter;
   s.spec.mode = io::Mode::sph;
-  auto mesh = fem::cylinder(D, L, 8, 27, quarter);
+  auto mesh = fem::cylinder(D, L, 12, 40, quarter);
   for (auto& x : mesh.x) x[2] += L / 2;
   auto copper = io::find_material("OFHC-Cu");
   if (!spall) copper.spall = 1e300;
