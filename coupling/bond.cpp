@@ -247,7 +247,6 @@ void fill_foreign(const fem::Mesh& mesh, const Bond& bond, sph::Neighbourhood& h
     hood.anchor_start[k + 1] = hood.anchor_start[k] + static_cast<std::uint32_t>(seam_of(bond, k / parts).size()) + 1;
   hood.anchor_xi.resize(hood.anchor_start.back());
   hood.frame.resize(bond.x.size());
-  hood.foreign_stress.resize(bond.x.size());
   using sph::single;
   const double per_unit = 1 / (hood.unit * hood.unit * hood.unit);
   core::for_each(bond.x.size(), [&](std::size_t k) {
@@ -264,7 +263,7 @@ void fill_foreign(const fem::Mesh& mesh, const Bond& bond, sph::Neighbourhood& h
     a.strain[i] = {};
     a.strain[i].density = single(rho);
     a.strain[i].spread = 1;
-    hood.foreign_stress[k] = core::stress(e.pt, el);
+    a.p_contact[i] = single(std::max(e.pt.p[el], 0.0));
     constexpr int stranger = 1 << 20;  // a body that no particle belongs to
     a.kind[i] = sph::kind_of_body(bond.hold ? e.body[el] : stranger + e.body[el]) | sph::foreign_bit;
   });

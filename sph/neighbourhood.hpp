@@ -88,7 +88,7 @@ struct Actors {
   std::vector<Stress> artificial;  ///< artificial stress of Gray et al., where the kind says so
   std::vector<Motion> motion;
   std::vector<Kind> kind;
-  std::vector<float> p_contact;    ///< pressure on a plane that faces the strangers near, none where it would pull: all that bodies say to each other [Pa]
+  std::vector<float> p_contact;    ///< what strangers are pushed with, none where it would pull: particles' traction on a plane that faces them, foreigners' pressure [Pa]
 
   static constexpr std::size_t bytes_each = 3 * 32 + 2 * sizeof(Stress) + sizeof(Motion) + sizeof(Kind) + sizeof(float);
   std::size_t size() const { return place.size(); }
@@ -161,7 +161,6 @@ struct Neighbourhood {
   std::vector<std::uint32_t> anchor_start;   ///< [n_foreign + 1]
   std::vector<core::Vec3> anchor_xi;         ///< in the foreigner's frame [-]
   std::vector<Frame> frame;                  ///< [n_foreign]
-  std::vector<std::array<double, 6>> foreign_stress;  ///< [n_foreign] xx yy zz xy yz zx [Pa]
   std::vector<core::Vec3> anchor_v_mean;     ///< velocity at which the force does its work [m/s]
   std::vector<core::Vec3> anchor_force;      ///< of the particles [N]
   std::vector<std::uint8_t> anchored;        ///< [n_particles] is one of its pairs with a foreigner's anchors?

@@ -82,29 +82,24 @@ static double along(const std::array<double, 6>& a, const Vec3& n) {
   return (a[0] * n[0] * n[0] + a[1] * n[1] * n[1] + a[2] * n[2] * n[2]) + 2 * (a[3] * n[0] * n[1] + a[4] * n[1] * n[2] + a[5] * n[2] * n[0]);
 }
 
-/// Stress of a row [Pa].
-static std::array<double, 6> stress_at(const Particles& p, const Neighbourhood& hood, std::size_t i) {
-  return i < hood.n_particles ? core::stress(p.pt, i) : hood.foreign_stress[i - hood.n_particles];
-}
-
 static bool strangers_may_meet(const Neighbourhood& hood) {
   const auto& kind = hood.actors.kind;
   return hood.n_foreign > 0 || std::any_of(kind.begin(), kind.end(), [&](Kind k) { return (k & body_bits) != (kind[0] & body_bits); });
 }
 
-/// What rows say to strangers: their traction on a plane that faces those, and not their pressure alone, or an elastic bar would rebound
+/// What particles say to strangers: their traction on a plane that faces those, and not their pressure alone, or an elastic bar would rebound
 /// from another as if it bore no shear.
 static void find_tractions(const Particles& p, Neighbourhood& hood) {
   Actors& a = hood.actors;
   const PairView pairs = view(hood);
   const auto kernel = kernels();
-  core::for_each_block(hood.n_particles + hood.n_foreign, row_block, [&](std::size_t first, std::size_t last) {
+  core::for_each_block(hood.n_particles, row_block, [&](std::size_t first, std::size_t last) {
     std::array<Vec3, row_block> towards;
     kernel.find_strangers(pairs, first, last, towards.data());
     for (std::size_t i = first; i < last; ++i) {
       const Vec3& n = towards[i - first];
       const double n2 = n.squaredNorm();
-      a.p_contact[i] = n2 > 0 ? single(std::max(-along(stress_at(p, hood, i), n) / n2, 0.0)) : 0;
+      a.p_contact[i] = n2 > 0 ? single(std::max(-along(core::stress(p.pt, i), n) / n2, 0.0)) : 0;
     }
   });
 }

@@ -399,11 +399,10 @@ TEST(PairSums, ForeignersPullWhatIsWholeAndLetGoOfWhatHasFailed) {
     hood.anchor_start.assign(1, 0);
     hood.anchor_xi.clear();
     hood.frame.resize(hood.n_foreign);
-    hood.foreign_stress.clear();
     for (std::size_t i = n; i < c.p.size(); ++i) {
       hood.actors.kind[i] = sph::kind_of_body(0) | sph::foreign_bit;
       hood.anchor_xi.push_back(c.p.x[i]);
-      hood.foreign_stress.push_back(core::stress(c.p.pt, i));
+      hood.actors.p_contact[i] = sph::single(std::max(c.p.pt.p[i], 0.0));
       hood.anchor_start.push_back(static_cast<std::uint32_t>(hood.anchor_xi.size()));
     }
     hood.anchor_v_mean.assign(hood.anchor_xi.size(), Vec3::Zero());
