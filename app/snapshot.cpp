@@ -139,7 +139,7 @@ void freeze_clouds(Simulation& s) {
   for (std::size_t k = 0; k + 1 < scene.plates.size(); ++k) {
     if (s.cloud_frozen[k]) continue;
     const measure::PlateFrame wall = measure::plate_frame(scene, scene.plates[k + 1]);
-    const auto may_strike = [&](std::size_t body) { return measure::built_before(scene, k, static_cast<int>(body)); };
+    const auto may_strike = measure::built_before(scene, k);
     double nearest = 1e300, ahead = 1e300;  // what may be the front, and what lies before it
     const auto note = [&](const Vec3& x, bool awake) {
       const Vec3 local = wall.local(x);
@@ -148,9 +148,9 @@ void freeze_clouds(Simulation& s) {
       if (awake && wall.rim(local) <= 1) nearest = std::min(nearest, height);
     };
     for (std::size_t i = 0; i < s.particles.size(); ++i)
-      if (may_strike(s.particles.body[i])) note(s.particles.x[i], true);
+      if (may_strike[s.particles.body[i]]) note(s.particles.x[i], true);
     for (std::size_t b = 0; b < s.mesh.body_nodes.size(); ++b) {
-      if (!may_strike(b)) continue;
+      if (!may_strike[b]) continue;
       for (std::size_t nd = s.mesh.body_nodes[b].first; nd < s.mesh.body_nodes[b].last; ++nd)
         if (s.mesh.nodes.m[nd] > 0) note(s.mesh.nodes.x[nd], s.mesh.body_awake[b] && s.mesh.nodes.awake[nd]);
     }

@@ -230,13 +230,19 @@ static bool flies_round(const Scene& scene, int plate, int body) {
   return std::max(beyond.x(), beyond.y()) > 0.5 * b.extent.norm();
 }
 
-bool built_before(const Scene& scene, std::size_t plate_index, int body) {
+static bool stands_before(const Scene& scene, std::size_t plate_index, int body) {
   const auto found = std::find(scene.plates.begin(), scene.plates.end(), body);
   if (found != scene.plates.end()) return static_cast<std::size_t>(found - scene.plates.begin()) <= plate_index;
   if (body == scene.projectile) return true;
   const BodyScene& plate = scene.bodies[scene.plates[plate_index]];
   const double side = plate.normal.dot(scene.impact_velocity) > 0 ? -1 : 1;
   return side * plate.normal.dot(scene.bodies[body].center - plate.center) > 0 && !flies_round(scene, scene.plates[plate_index], body);
+}
+
+std::vector<std::uint8_t> built_before(const Scene& scene, std::size_t plate_index) {
+  std::vector<std::uint8_t> before;
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) before.push_back(stands_before(scene, plate_index, static_cast<int>(b)));
+  return before;
 }
 
 std::vector<std::uint32_t> cloud_rows(const Whole& whole, const Scene& scene, std::size_t plate_index) {
@@ -248,12 +254,10 @@ std::vector<std::uint32_t> cloud_rows(const Whole& whole, const Scene& scene, st
     if (!underside) underside.emplace(whole, frame, plate);
     if (!underside->is_above(x)) return false;
     if ((whole.matter.v[row] - whole.rims[plate].velocity).norm() <= loose_speed * whole.impact_speed) return true;
-    if (!perforated) {
-      const Surface sound = surface_of(whole, frame, plate, whole.sound);
-      perforated = find_opening(sound, disturbed_window(sound, frame), frame).through;
-    }
+    if (!perforated) perforated = make_plate(whole, scene, plate).opening.through;
     return !*perforated;
   };
+  const auto before = built_before(scene, plate_index);
   Rows rows;
   for (std::uint32_t row = 0; row < whole.size(); ++row) {
     const Vec3 v = whole.matter.v[row] - scene.bodies[plate].velocity;
@@ -261,7 +265,7 @@ std::vector<std::uint32_t> cloud_rows(const Whole& whole, const Scene& scene, st
     const Vec3 x = frame.local(whole.matter.x[row]);
     if (x.z() >= -frame.half.z()) continue;
     const int body = whole.matter.body[row];
-    if (!built_before(scene, plate_index, body)) continue;
+    if (!before[body]) continue;
     if (body != plate && (!came_through(frame, x, frame.axes * v) || lies_in_dish(row, x))) continue;
     rows.push_back(row);
   }

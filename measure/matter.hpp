@@ -119,9 +119,9 @@ struct Result {
   std::vector<Fragment> fragments;  ///< largest first
 };
 
-/// Can the debris behind the plate scene.plates[plate_index] hold matter of this body? Not of later plates, nor of anything else
+/// [body] can the debris behind the plate scene.plates[plate_index] hold its matter? Not of later plates, nor of anything else
 /// that stood behind it, nor of what flies past its edges.
-bool built_before(const Scene& scene, std::size_t plate_index, int body);
+std::vector<std::uint8_t> built_before(const Scene& scene, std::size_t plate_index);
 
 /// Every measurement that the scene allows. Keys and definitions: docs/measurements.md.
 Result measure(Matter matter, const Scene& scene);

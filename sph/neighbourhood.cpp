@@ -270,13 +270,14 @@ static void each_image(const Neighbourhood& hood, F&& f) {
   }
 }
 
+static Kind kind_of_image(const Mirror& m, Kind source) { return m.wall ? kind_of_body(wall_body) | (source & tension_bit) : source; }
+
 void reflect_places(Neighbourhood& hood) {
   auto& place = hood.actors.place;
   each_image(hood, [&](std::size_t i, std::size_t s, const Mirror& m) {
     place[i] = place[s];
     place[i].x = mirrored(m, place[s].x);
-    auto& kind = hood.actors.kind;
-    kind[i] = m.wall ? kind_of_body(wall_body) : kind[s];
+    hood.actors.kind[i] = kind_of_image(m, hood.actors.kind[s]);
   });
 }
 
@@ -289,7 +290,7 @@ void reflect_images(Neighbourhood& hood) {
     if (a.kind[s] & firm_bit) a.strain[i].rate = reflect(m, a.strain[s].rate);
     a.stress[i] = reflect(m, a.stress[s]);
     if (a.kind[s] & tension_bit) a.artificial[i] = reflect(m, a.artificial[s]);
-    a.kind[i] = m.wall ? kind_of_body(wall_body) | (a.kind[s] & tension_bit) : a.kind[s];
+    a.kind[i] = kind_of_image(m, a.kind[s]);
     a.p_contact[i] = a.p_contact[s];
   });
 }

@@ -197,7 +197,7 @@ void make_room_for_pull(Neighbourhood& hood);
 /// they stay, pairs behind the plane have no images, and there is nothing to strike.
 void keep_in_front(const std::vector<Mirror>& mirrors, Particles& p);
 
-/// Images follow their sources: where they are and how large. What build() leaves is so already.
+/// Images follow their sources: where they are, how large and of what kind. What build() leaves is so already.
 void reflect_places(Neighbourhood& hood);
 /// And all else that actors hold but motion.
 void reflect_images(Neighbourhood& hood);

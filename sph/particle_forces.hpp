@@ -12,7 +12,8 @@
 // Frontiere, Raskin & Owen, J. Comput. Phys. 332 (2017) 160, and motion that no D explains (hourglass modes, which bear no
 // stress, tear solids and spread bars) is damped whether it approaches or recedes; that penalty on the non-affine part as in
 // Ganzenmueller, CMAME 286 (2015) 87, here as a viscosity. Pairs of different bodies push and never pull: both stresses are replaced
-// by -max(-n.sigma n, 0), n towards the strangers near, and B by 1, in force, work and L alike (in L not towards images behind rigid walls, which complete the lattice). Where a
+// by -max(-n.sigma n, 0), n towards the strangers near, a foreigner's by -max(p, 0), and B by 1, in force, work and L alike (in L not
+// towards images behind rigid walls, which complete the lattice). Where a
 // particle has too few neighbours for B_i, the plain gradient takes over smoothly. Between a particle and a foreigner of its own body,
 // sigma_j B_j is the particle's too (coupling/bond.hpp).
 #pragma once
@@ -29,10 +30,10 @@ struct ParticleSettings {
   double hourglass = 1.5;            ///< xi: viscosity of motion that the velocity gradients do not see [-]
 };
 
-/// Sets hood.unit and fills the particles' rows of hood.actors from the particles: everything but stress and motion.
+/// Sets hood.unit and fills the particles' rows of hood.actors from the particles: everything but stress, push and motion.
 void fill_actors(const Particles& particles, const std::vector<double>& rho_0, Neighbourhood& hood);
 
-/// Gradient corrections, then sigma B^T and artificial stress of every particle into its actor.
+/// Gradient corrections, then sigma B^T, artificial stress and what strangers are pushed with of every particle into its actor.
 void correct_gradients(const Particles& particles, const ParticleSettings& settings, Neighbourhood& hood,
                        std::vector<core::Mat3>& correction);
 
