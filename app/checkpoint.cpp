@@ -76,6 +76,7 @@ static void book_state(Archive& a, Simulation& s) {
   a("run/time", s.time), a("run/dt", s.dt), a("run/dt_old", s.dt_old), a("run/steps", s.steps);
   a("run/n_elements_initial", s.n_elements_initial), a("run/n_converted", s.n_converted), a("run/n_eroded", s.n_eroded);
   a("run/peak_removed", s.peak_removed), a("run/peak_removed_axis", s.peak_removed_axis);
+  a("run/peak_impact", s.peak_impact);
   a("run/taken_along", s.taken_along);
   frozen_state(a, s);
   auto& w = s.work;

@@ -9,6 +9,7 @@
 #include "app/simulation.hpp"
 #include "core/error.hpp"
 #include "core/parallel.hpp"
+#include "eos/hugoniot.hpp"
 
 namespace app {
 
@@ -164,6 +165,48 @@ void check_tables(Simulation& s) {
     search(e.pt, e.body, e.size(), "element", [&](std::size_t i) { return e.alive[i] != 0; });
     search(s.particles.pt, s.particles.body, s.particles.size(), "particle", [](std::size_t) { return true; });
   }
+}
+
+/// What two shocks of the bodies' own speeds make where they meet head on, or one at a rigid wall: one of twice the speed. 0 where nothing
+/// closes or the range of an equation of state ends before [Pa].
+static double highest_explained(const Simulation& s) {
+  double highest = 0;
+  const auto& bodies = s.spec.bodies;
+  const auto note = [&](std::size_t a, std::size_t b, double closing) {
+    if (!(closing > 0)) return true;
+    const double p = eos::impact_pressure(s.materials[a].eos, s.rho_0[a], s.materials[b].eos, s.rho_0[b], 2 * closing);
+    highest = std::max(highest, p);
+    return p > 0;
+  };
+  for (std::size_t a = 0; a < bodies.size(); ++a) {
+    for (std::size_t b = 0; b < a; ++b)
+      if (!note(a, b, (bodies[a].velocity - bodies[b].velocity).norm())) return 0;
+    for (const auto& wall : s.walls)
+      if (!note(a, a, 2 * std::max(0.0, -bodies[a].velocity.dot(wall.normal)))) return 0;
+  }
+  return highest;
+}
+
+void check_peaks(Simulation& s) {
+  const double limit = highest_explained(s);
+  if (!(limit > 0)) return;
+  double most = 0;
+  std::size_t n = 0;
+  std::string who;
+  const auto look = [&](const core::Points& pt, const auto& body, const char* kind, auto&& present) {
+    for (std::size_t i = 0; i < pt.size(); ++i) {
+      if (!present(i) || !(pt.p_max[i] > limit)) continue;
+      ++n;
+      if (pt.p_max[i] > most) most = pt.p_max[i], who = fmt::format("{} of body \"{}\"", kind, s.spec.bodies[body[i]].name);
+    }
+  };
+  look(s.mesh.elements.pt, s.mesh.elements.body, "an element", [&](std::size_t i) { return s.mesh.elements.alive[i] != 0; });
+  look(s.particles.pt, s.particles.body, "a particle", [](std::size_t) { return true; });
+  if (n == 0) return;
+  s.warnings.push_back(fmt::format(
+      "{} has borne {:.4g} GPa, and {} more than {:.4g} GPa, which two shocks of these bodies' speeds make where they meet head on: no shock explains "
+      "that, and peak_pressure_max is no pressure to rely on; {}, or meshes that are finer or more alike where bodies meet",
+      who, most * 1e-9, n == 1 ? std::string("nothing else") : fmt::format("{} points", n), limit * 1e-9, advice(s)));
 }
 
 void check_health(const Simulation& s) {

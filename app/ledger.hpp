@@ -50,8 +50,12 @@ Totals totals(const Simulation& s);
 /// Brings the ledger's errors up to date and checks the invariants; throws core::GuardError.
 void account(Simulation& s);
 
-/// Slower checks (every few steps): energy below the cold curve, pressure beyond any shock, numbers that are not finite.
+/// A slower check (every few steps): energy below the cold curve.
 void check_health(const Simulation& s);
+
+/// Adds a warning if a point of matter has borne more than shocks explain. Points are caught between what is heavier than they are, and
+/// few of them hold little of the energy: the run is no worse for it, but its highest pressures are.
+void check_peaks(Simulation& s);
 
 /// Adds a warning for each material with a tabular equation of state whose matter is off the table now, once a material.
 void check_tables(Simulation& s);

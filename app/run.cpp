@@ -280,6 +280,7 @@ static int conclude(Simulation& s, Output& out, double wall_before) {
   try {
     const bool sound = std::isfinite(s.ledger.energy_error);
     if (sound) write_checkpoint(s, out.dir + "/checkpoint.h5");
+    check_peaks(s);
     end_steps(s);
     auto snapshot = take_snapshot(s);
     if (sound) out.snapshots.append(snapshot);

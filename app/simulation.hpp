@@ -79,6 +79,7 @@ struct Simulation {
   std::vector<std::string> warnings;       ///< meshes that do not match; one a material at most: matter that left its table
   std::vector<std::uint8_t> off_table;     ///< [material] it has been said
   double peak_removed = 0, peak_removed_axis = 0;  ///< highest pressures in elements that were deleted [Pa]
+  double peak_impact = 0;                  ///< highest on the axis until the first cloud met the next plate; 0 before [Pa]
   std::vector<core::Vec3> taken_along;     ///< [body] momentum that deleted elements had received [kg m/s]
 
   std::vector<core::Mat3> correction, velocity_gradient;  ///< scratch of the particles

@@ -160,7 +160,9 @@ void freeze_clouds(Simulation& s) {
       continue;
     }
     s.cloud_frozen[k] = 1;
-    const auto r = measure::measure_cloud(matter_of(take_snapshot(s)), scene_now(s), k);
+    const measure::Scene now = scene_now(s);
+    if (k == 0) s.peak_impact = now.peak_pressure_axis;
+    const auto r = measure::measure_cloud(matter_of(take_snapshot(s)), now, k);
     s.frozen.insert(s.frozen.end(), r.values.begin(), r.values.end());
   }
 }
@@ -240,7 +242,7 @@ measure::Scene scene_now(const Simulation& s) {
     all = std::max(all, s.particles.pt.p_max[i]);
     if (s.on_axis[s.particles.parent[i]]) axis = std::max(axis, s.particles.pt.p_max[i]);
   }
-  scene.peak_pressure_axis = axis;
+  scene.peak_pressure_axis = s.peak_impact > 0 ? s.peak_impact : axis;
   scene.peak_pressure_max = all;
   return scene;
 }

@@ -19,7 +19,7 @@
 namespace io {
 
 /// Goes up whenever what a checkpoint holds changes.
-constexpr std::int64_t checkpoint_version = 5;
+constexpr std::int64_t checkpoint_version = 6;
 
 /// What an element of an array is stored as: `columns` numbers of type T.
 template <class T>

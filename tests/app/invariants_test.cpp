@@ -513,6 +513,22 @@ TEST(Guards, AShotBeyondTheEquationOfStateRunsAndSaysSo) {
   EXPECT_TRUE(small_case::begin()->warnings.empty());
 }
 
+TEST(Guards, PressureThatNoShockExplainsIsSaid) {
+  // Marsh, LASL Shock Hugoniot Data (1980): Us = 5328 m/s + 1.338 up. Two shocks of 6 km/s between like bodies that meet head on leave up = 6 km/s
+  const double meeting = 2785 * (5328 + 1.338 * 6000) * 6000;
+  auto s = small_case::begin();
+  auto& p_max = s->mesh.elements.pt.p_max;
+  const std::size_t plate = s->mesh.body_elements[1].first;
+  p_max[plate] = 0.98 * meeting;
+  app::check_peaks(*s);
+  EXPECT_TRUE(s->warnings.empty());
+  p_max[plate] = 1.02 * meeting, p_max[plate + 1] = 4 * meeting;
+  app::check_peaks(*s);
+  ASSERT_EQ(s->warnings.size(), 1u);
+  for (const char* part : {"element of body \"bumper\"", "892.7 GPa", "2 points", "more than 223.2 GPa", "head on"})
+    EXPECT_NE(s->warnings[0].find(part), std::string::npos) << part << ": " << s->warnings[0];
+}
+
 TEST(Meshes, APlateThinnerThanAnElementIsSaid) {
   EXPECT_TRUE(small_case::set_up({"body.bumper.thickness=\"0.08 mm\""})->warnings.empty());  // elements of 0.125 mm
   const auto s = small_case::set_up({"body.bumper.thickness=\"0.05 mm\""});

@@ -97,6 +97,15 @@ material = "Al2024-T351"
     EXPECT_GT(mass, 0.5 * sphere) << mode;
     EXPECT_GT(front, 4500) << mode;
     EXPECT_LT(front, 7500) << mode;
+
+    // the pressure of the impact is known by then: what the axis bears later is of other impacts
+    const double before = app::scene_now(*s).peak_pressure_axis;
+    EXPECT_GT(before, 60e9) << mode;
+    auto& p = s->particles;
+    for (std::size_t i = 0; i < p.size(); ++i)
+      if (s->on_axis[p.parent[i]]) p.pt.p_max[i] = 5e12;
+    EXPECT_EQ(app::scene_now(*s).peak_pressure_axis, before) << mode;
+    EXPECT_EQ(app::scene_now(*s).peak_pressure_max, 5e12) << mode;
   }
 }
 
