@@ -102,7 +102,7 @@ static void add_pair_work(Simulation& s, const fem::StepTimes& times) {
   core::for_each(s.particles.size(), [&](std::size_t i) { sph::set_motion(s.hood, i, s.particles.v[i]); });
   coupling::fill_foreign_velocities(s.mesh, s.bond, s.hood);
   sph::reflect_velocities(s.hood);
-  sph::pair_work(s.particle_settings, times.kick, times.drift, s.correction, s.hood, s.particles, s.velocity_gradient);
+  sph::pair_work(s.particle_settings, s.rho_0, times.kick, times.drift, s.correction, s.hood, s.particles, s.velocity_gradient);
   coupling::add_heat(s.hood, s.bond, times.kick, s.mesh);
 }
 

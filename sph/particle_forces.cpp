@@ -165,6 +165,14 @@ static double stable_step(double h, double c, const ParticleSettings& s, double 
   return h / 3 / ((1 + 0.6 * s.viscosity_linear) * c + 0.6 * s.viscosity_quadratic * approach);
 }
 
+/// dv/dx of a particle that nothing holds: its surface moves at p / (rho c) until it bears no pressure or weighs in the sums as what has
+/// expanded most. What it would gain in motion outwards stays with its heat. It goes half of the way in a step at most.
+static Mat3 free_expansion(const core::Points& pt, std::size_t i, double rho_0, double dt) {
+  if (!(pt.p[i] > 0) || pt.rho[i] * largest_expansion <= rho_0) return Mat3::Zero();
+  const double c = pt.c[i], edge = std::cbrt(pt.m[i] / pt.rho[i]);
+  return Mat3::Identity() * (pt.p[i] / (pt.rho[i] * c * c) * std::min(c / edge, 0.5 / dt) / 3);
+}
+
 /// A particle's share of what its pairs with anchored foreigners leave, by their weights: those are the same in both rows [W].
 static double anchored_power(const Neighbourhood& hood, std::size_t i) {
   double power = 0;
@@ -177,7 +185,7 @@ static double anchored_power(const Neighbourhood& hood, std::size_t i) {
   return power;
 }
 
-void pair_work(const ParticleSettings& settings, double dt_kick, double dt_drift, const std::vector<Mat3>& correction,
+void pair_work(const ParticleSettings& settings, const std::vector<double>& rho_0, double dt_kick, double dt_drift, const std::vector<Mat3>& correction,
                Neighbourhood& hood, Particles& p, std::vector<Mat3>& velocity_gradient) {
   hood.foreign_power.resize(hood.n_foreign);
   velocity_gradient.resize(p.size());
@@ -190,7 +198,8 @@ void pair_work(const ParticleSettings& settings, double dt_kick, double dt_drift
       const RowWork& w = work[i - first];
       p.pt.e[i] -= w.power * dt_kick / p.pt.m[i];
       using Rows = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>;
-      velocity_gradient[i] = at_mid_step(Rows(w.rate[0]) * correction[i] + Rows(w.pushed[0]), dt_drift);
+      velocity_gradient[i] = hood.n_near[i] > 0 ? at_mid_step(Rows(w.rate[0]) * correction[i] + Rows(w.pushed[0]), dt_drift)
+                                                : free_expansion(p.pt, i, rho_0[p.body[i]], dt_drift);
       const Mat3& l = velocity_gradient[i];
       p.stretch[i] = l.diagonal();
       p.shear[i] = 0.5 * Vec3(l(0, 1) + l(1, 0), l(1, 2) + l(2, 1), l(2, 0) + l(0, 2));

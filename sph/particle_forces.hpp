@@ -42,7 +42,7 @@ void add_pair_forces(const ParticleSettings& settings, Neighbourhood& hood, Part
 
 /// Work of the same forces with the mean velocities into the particles' energy, what it leaves to others into hood.foreign_power,
 /// and the velocity gradient at mid-step of every particle [1/s].
-void pair_work(const ParticleSettings& settings, double dt_kick, double dt_drift,
+void pair_work(const ParticleSettings& settings, const std::vector<double>& rho_0, double dt_kick, double dt_drift,
                const std::vector<core::Mat3>& correction, Neighbourhood& hood, Particles& particles,
                std::vector<core::Mat3>& velocity_gradient);
 

@@ -73,7 +73,7 @@ struct ParticleBlock {
     sph::kick_particles(p, dt);
     core::for_each(p.size(), [&](std::size_t i) { sph::set_motion(hood, i, p.v[i]); });
     after(kick);
-    sph::pair_work(settings, dt, dt, correction, hood, p, velocity_gradient);
+    sph::pair_work(settings, rho_0, dt, dt, correction, hood, p, velocity_gradient);
     after(work);
     sph::drift_particles(p, dt);
     after(kick);
