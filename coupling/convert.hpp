@@ -31,7 +31,8 @@ struct Removal {
 Removal convert_elements(fem::Mesh& mesh, sph::Particles& particles, std::span<const std::uint32_t> elements,
                          int per_edge);
 
-/// The particles that a body begins as: each moves as its place does, and nothing is left to neighbours or turned into heat. The elements stay.
+/// The particles that a body begins as: each moves as its place does and has the mass of the part of its element that it stands for, and nothing
+/// is left to neighbours or turned into heat. The elements stay.
 void fill_with_particles(fem::Mesh& mesh, sph::Particles& particles, std::span<const std::uint32_t> elements, int per_edge);
 
 /// Deletes the elements; with keep_nodes their mass stays with the nodes, which fly on once they are free.
