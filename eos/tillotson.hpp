@@ -4,9 +4,9 @@
 //   1 compressed, or expanded with e <= E_iv:   p_1 = (a + b/w) rho e + A mu + B mu^2
 //   2 expanded, e >= E_cv:   p_2 = a rho e + [b rho e/w + A mu exp(-beta (1/eta - 1))] exp(-alpha (1/eta - 1)^2)
 //   3 expanded, E_iv < e < E_cv:   p = [(e - E_iv) p_2 + (E_cv - e) p_1]/(E_cv - E_iv)
-// As published p_1 pulls with up to A^2/4B however thin cold matter is. Here its cold part fades out smoothly between
-// fade_begin and fade_end of rho_0, far beyond any spall strength. A negative energy counts in the thermal
-// terms with b/w = b. Temperature: eos/reference_isentrope.hpp, up to four times rho_0 and held from there on.
+// As published p_1 pulls with up to A^2/4B however thin cold matter is. Here it fades out smoothly between fade_begin and
+// fade_end of rho_0, far beyond any spall strength, and it does so as a whole: were it only for the cold part, liquid that has parted
+// into drops would push like a gas of gamma a + b and give up its heat. A negative energy counts in the thermal terms with b/w = b. Temperature: eos/reference_isentrope.hpp, up to four times rho_0 and held from there on.
 #pragma once
 
 #include <cassert>
@@ -53,8 +53,9 @@ TillotsonBranch<T> condensed(const Tillotson& m, T rho, T e) {
   const T cold = mu * (T(m.A) + T(m.B) * mu), dcold = T(m.A) + T(2.0 * m.B) * mu;
   // d(1/w)/de = -(w - 1)/(e w^2), d(1/w)/drho = 2 (w - 1)/(rho w^2)
   const T excess = T(m.b) * (w - T(1.0)) / (w * w);
-  return {gamma * rho * e + cold * fade,
-          (dcold * fade + cold * dfade) / T(m.rho_0) + gamma * e + T(2.0) * excess * hot, rho * (gamma - excess)};
+  const T p = gamma * rho * e + cold;
+  const T dp_drho = dcold / T(m.rho_0) + gamma * e + T(2.0) * excess * hot;
+  return {p * fade, dp_drho * fade + p * dfade / T(m.rho_0), rho * (gamma - excess) * fade};
 }
 
 template <class T>

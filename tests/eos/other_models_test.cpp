@@ -30,6 +30,26 @@ TEST(Tillotson, ColdThinMatterDoesNotPull) {
   EXPECT_GT(s.c2, 0.0);
 }
 
+TEST(Tillotson, ThinLiquidDoesNotPush) {
+  for (double eta : {0.05, 0.3, 0.5})
+    for (double e : {0.5e6, 1.5e6, 3e6}) EXPECT_EQ(eos::state(aluminium_tillotson(), eta * 2700, e).p, 0.0);
+}
+
+TEST(Tillotson, ALiquidThatPartsIntoDropsKeepsItsHeat) {
+  // Released from a shock of some 75 GPa along de = p drho/rho^2; a liquid bears no tension. What is left at p = 0 is what stays.
+  const auto m = aluminium_tillotson();
+  double rho = 1.45 * 2700, e = 4.5e6, at_rest = 0;
+  while (rho > 0.05 * 2700) {
+    const double p = eos::state(m, rho, e).p, drho = 1e-4 * rho;
+    if (p <= 0 && at_rest == 0) at_rest = e;
+    e -= std::max(p, 0.0) * drho / (rho * rho);
+    rho -= drho;
+  }
+  EXPECT_GT(at_rest, 0.0);
+  EXPECT_LT(at_rest, m.E_iv);
+  EXPECT_EQ(e, at_rest);
+}
+
 TEST(Tillotson, ColdEnergyIsAbsoluteZero) {
   const auto m = aluminium_tillotson();
   for (double eta : {0.3, 1.0, 1.5, 2.5})
