@@ -41,6 +41,7 @@ static Part part_of(Stage stage) {
 struct Size {
   double across = 0;               ///< elements across the projectile
   double n_elements = 0;
+  double finest = 1e300;           ///< edge of the finest mesh: in mode sph that of a thin plate, which no pilot has coarser [m]
   std::vector<double> smallest;    ///< [body] volume of the smallest element as built, in mode sph of the mean one [m3]
 };
 
@@ -57,6 +58,7 @@ static Size size_of(const Simulation& s) {
   Size r;
   r.across = s.spec.elements_across;
   r.n_elements = static_cast<double>(s.n_elements_initial);
+  for (const auto& b : estimate(s.spec).bodies) r.finest = std::min(r.finest, b.element_size);
   const auto& e = s.mesh.elements;
   for (const auto range : s.mesh.body_elements) {
     double least = 1e300;
@@ -147,7 +149,7 @@ static double element_slowdown(double n_from, double n_to) {
 
 /// Factors by which the parts grow from the pilot to another mesh.
 static std::array<double, n_parts> growth(const Pilot& p, const Size& to) {
-  const double steps = to.across / p.size.across;
+  const double steps = p.size.finest / to.finest;
   const double n = to.n_elements / p.size.n_elements;
   const double now = matter(p, p.size), m = now > 0 ? matter(p, to) / now : n;
   return {n * steps, m * steps, std::sqrt(n * m) * steps};
@@ -198,11 +200,11 @@ Cost predict_cost(const Simulation& built, double budget) {
     const auto expected = growth(first, last.size);
     const auto of = [&](double found, double was) { return found > 0 && was > 0 ? std::clamp(std::log(found / was) / ratio, -most_trend, most_trend) : 0.0; };
     for (std::size_t k = 0; k < n_parts; ++k) trend[k] = 0.5 * of(last.part[k], expected[k] * first.part[k]);
-    steps_trend = 0.5 * of(last.steps, first.steps * last.size.across / first.size.across);
+    steps_trend = 0.5 * of(last.steps, first.steps * first.size.finest / last.size.finest);
   }
   const double finer = wanted.across / last.size.across;
   Cost c;
-  c.steps = last.steps * std::pow(finer, 1 + steps_trend);
+  c.steps = last.steps * last.size.finest / wanted.finest * std::pow(finer, steps_trend);
   const auto seconds = [&](Part k) { return last.part[k] * factor[k] * std::pow(finer, trend[k]); };
   c.elements_seconds = seconds(elements);
   c.particles_seconds = seconds(particles);
