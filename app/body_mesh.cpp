@@ -238,7 +238,8 @@ static std::vector<double> through(const io::Case& spec, const io::BodySpec& b, 
     return z;
   }
   if (b.elements_through || t <= 2 * d) {
-    const int n = b.elements_through ? *b.elements_through : elements_along(spec, b, t, fine, spec.mode == io::Mode::sph ? 1 : 2);
+    constexpr int least = 2;  // one layer of particles has no way to become thinner, and bears pressure in its plane like a block
+    const int n = b.elements_through ? *b.elements_through : elements_along(spec, b, t, fine, least);
     std::vector<double> z;
     for (int i = 0; i <= n; ++i) z.push_back(-0.5 * t + t * i / n);
     return z;
