@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "app/bench.hpp"
+#include "app/body_mesh.hpp"
 #include "app/setup.hpp"
 #include "core/error.hpp"
 #include "core/parallel.hpp"
@@ -58,7 +59,7 @@ static Size size_of(const Simulation& s) {
   Size r;
   r.across = s.spec.elements_across;
   r.n_elements = static_cast<double>(s.n_elements_initial);
-  for (const auto& b : estimate(s.spec).bodies) r.finest = std::min(r.finest, b.element_size);
+  for (const auto& b : place_bodies(s.spec)) r.finest = std::min(r.finest, b.element_size);
   const auto& e = s.mesh.elements;
   for (const auto range : s.mesh.body_elements) {
     double least = 1e300;

@@ -6,7 +6,8 @@
 //   3 expanded, E_iv < e < E_cv:   p = [(e - E_iv) p_2 + (E_cv - e) p_1]/(E_cv - E_iv)
 // As published p_1 pulls with up to A^2/4B however thin cold matter is. Here it fades out smoothly between fade_begin and
 // fade_end of rho_0, far beyond any spall strength, and it does so as a whole: were it only for the cold part, liquid that has parted
-// into drops would push like a gas of gamma a + b and give up its heat. A negative energy counts in the thermal terms with b/w = b. Temperature: eos/reference_isentrope.hpp, up to four times rho_0 and held from there on.
+// into drops would push like a gas of gamma a + b and give up its heat. A negative energy counts in the thermal terms with
+// b/w = b. Temperature: eos/reference_isentrope.hpp, up to four times rho_0 and held from there on.
 #pragma once
 
 #include <cassert>
