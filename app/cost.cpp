@@ -24,6 +24,9 @@ constexpr double most_trend = 1.0;  ///< powers of h; more is the scatter of two
 constexpr double more_bytes_per_element = 60, measured_bytes_per_row = 300, measured_bytes_per_copy = 90;
 constexpr double small_arrays = 15e6;  ///< of any run: buffers, grids of measurements
 
+/// The first pilot may take this many budgets, for one that ends says more than any other.
+constexpr double most_first = 2;
+
 enum Part { elements, particles, contact };
 constexpr std::size_t n_parts = 3;
 
@@ -46,13 +49,20 @@ struct Size {
   std::vector<double> smallest;    ///< [body] volume of the smallest element as built, in mode sph of the mean one [m3]
 };
 
+/// What a run has taken up to a time.
+struct Mark {
+  double time = 0;                     ///< [s]
+  double steps = 0;
+  std::array<double, n_parts> part{};  ///< seconds
+  std::vector<double> converted;       ///< [body] elements that became particles
+};
+
 struct Pilot {
   Size size;
   double reached = 0;              ///< part of the run [-]
   double seconds = 0;              ///< that it took
-  double steps = 0;                ///< whole run, what is missing extrapolated
-  std::array<double, n_parts> part{};  ///< seconds of the whole run
-  std::vector<double> converted;   ///< [body] elements that became particles
+  std::vector<Mark> marks;         ///< every hundredth of the run, as far as it got
+  Mark whole;                      ///< at its end, what is missing extrapolated
 };
 
 static Size size_of(const Simulation& s) {
@@ -84,9 +94,49 @@ static std::array<double, n_parts> parts(const Work& work) {
   return r;
 }
 
-/// The case on a coarser mesh, to its end or for at most `budget` seconds. Beyond where it got, each part goes on as in the
-/// last third of the time it covered.
-static Pilot fly(const io::Case& given, int across, double budget) {
+/// What converted in the pilot, in elements of another mesh.
+static double matter(const Pilot& p, const Size& at) {
+  double n = 0;
+  for (std::size_t b = 0; b < p.whole.converted.size(); ++b) n += p.whole.converted[b] * p.size.smallest[b] / at.smallest[b];
+  return n;
+}
+
+/// Factors by which the parts grow from the pilot to another mesh.
+static std::array<double, n_parts> growth(const Pilot& p, const Size& to) {
+  const double steps = p.size.finest / to.finest;
+  const double n = to.n_elements / p.size.n_elements;
+  const double now = matter(p, p.size), m = now > 0 ? matter(p, to) / now : n;
+  return {n * steps, m * steps, std::sqrt(n * m) * steps};
+}
+
+/// A pilot that did not get to the end goes on as the one before it did, by as much more as it took up to there; the first of
+/// all as in the last third of the time it covered.
+static void extrapolate(Pilot& p, const Pilot* before, double end) {
+  const Mark last = p.marks.back();
+  const auto mark_at = [](const Pilot& of, double time) {
+    return *std::find_if(of.marks.rbegin(), of.marks.rend() - 1, [&](const Mark& m) { return m.time <= time; });
+  };
+  p.whole = last;
+  p.whole.time = end;
+  if (!before) {
+    const Mark third = mark_at(p, last.time * 2 / 3);
+    const double left = (end - last.time) / std::max(last.time - third.time, 1e-300);
+    p.whole.steps += left * (last.steps - third.steps);
+    for (std::size_t k = 0; k < n_parts; ++k) p.whole.part[k] += left * (last.part[k] - third.part[k]);
+    for (std::size_t b = 0; b < last.converted.size(); ++b) p.whole.converted[b] += left * (last.converted[b] - third.converted[b]);
+    return;
+  }
+  const Mark then = mark_at(*before, last.time);
+  const auto rest = [](double now, double was, double whole, double expected) { return (whole - was) * (was > 0 ? now / was : expected); };
+  for (std::size_t b = 0; b < last.converted.size(); ++b)
+    p.whole.converted[b] += rest(last.converted[b], then.converted[b], before->whole.converted[b], before->size.smallest[b] / p.size.smallest[b]);
+  const auto expected = growth(*before, p.size);
+  p.whole.steps += rest(last.steps, then.steps, before->whole.steps, before->size.finest / p.size.finest);
+  for (std::size_t k = 0; k < n_parts; ++k) p.whole.part[k] += rest(last.part[k], then.part[k], before->whole.part[k], expected[k]);
+}
+
+/// The case on a coarser mesh, to its end or for at most `budget` seconds.
+static Pilot fly(const io::Case& given, int across, double budget, const Pilot* before) {
   io::Case spec = given;
   spec.elements_across = across;
   spec.fidelity = "custom";
@@ -96,11 +146,11 @@ static Pilot fly(const io::Case& given, int across, double budget) {
   begin(*s);
   Pilot p;
   p.size = size_of(*s);
-  struct Mark {
-    double time, steps;
-    std::array<double, n_parts> part;
+  const auto mark = [&] {
+    p.marks.push_back({s->time, static_cast<double>(s->steps), parts(s->work), std::vector<double>(s->mesh.body_elements.size(), 0)});
+    for (const auto body : s->particles.body) p.marks.back().converted[body] += std::pow(spec.particles_per_edge, -3);
   };
-  std::vector<Mark> marks{{0, 0, {}}};
+  mark();
   using Wall = std::chrono::steady_clock;
   const auto wall_start = Wall::now();
   const double start = work_clock();
@@ -111,32 +161,22 @@ static Pilot fly(const io::Case& given, int across, double budget) {
     } catch (const core::GuardError&) {  // too coarse to last: what it did until here still counts
       break;
     }
-    if (s->time >= (static_cast<double>(marks.size())) * 0.01 * spec.end)
-      marks.push_back({s->time, static_cast<double>(s->steps), parts(s->work)});
+    if (s->time >= static_cast<double>(p.marks.size()) * 0.01 * spec.end) mark();
   }
+  mark();
   p.seconds = work_clock() - start;
   // stages are timed on the wall; with one thread the processor's time is what counts
   const double on_wall = std::chrono::duration<double>(Wall::now() - wall_start).count();
   const double quiet = p.seconds / std::max(on_wall, 1e-9);
-  const Mark end{s->time, static_cast<double>(s->steps), parts(s->work)};
-  const Mark before = *std::find_if(marks.rbegin(), marks.rend() - 1, [&](const Mark& m) { return m.time <= end.time * 2 / 3; });
   p.reached = s->time / spec.end;
-  const double left = p.reached < 1 - 1e-9 ? (spec.end - end.time) / std::max(end.time - before.time, 1e-300) : 0;
-  p.steps = end.steps + left * (end.steps - before.steps);
   double staged = 0;
-  for (std::size_t k = 0; k < n_parts; ++k) staged += end.part[k];
+  for (const double part : p.marks.back().part) staged += part;
   const double beside = on_wall / std::max(staged, 1e-9);  // choose_step lies between the stages
-  for (std::size_t k = 0; k < n_parts; ++k) p.part[k] = quiet * beside * (end.part[k] + left * (end.part[k] - before.part[k]));
-  p.converted.assign(s->mesh.body_elements.size(), 0);
-  for (std::size_t i = 0; i < s->particles.size(); ++i) p.converted[s->particles.body[i]] += std::pow(spec.particles_per_edge, -3);
+  for (Mark& m : p.marks)
+    for (double& part : m.part) part *= quiet * beside;
+  p.whole = p.marks.back();
+  if (p.reached < 1 - 1e-9) extrapolate(p, before, spec.end);
   return p;
-}
-
-/// What converted in the pilot, in elements of another mesh.
-static double matter(const Pilot& p, const Size& at) {
-  double n = 0;
-  for (std::size_t b = 0; b < p.converted.size(); ++b) n += p.converted[b] * p.size.smallest[b] / at.smallest[b];
-  return n;
 }
 
 /// Element rates of meshes of two sizes, the second over the first: caches hold the one and not the other.
@@ -146,14 +186,6 @@ static double element_slowdown(double n_from, double n_to) {
     return time_hex(edge, bench_material(), 0.2).element_steps_per_second.median;
   };
   return rate(n_from) / rate(n_to);
-}
-
-/// Factors by which the parts grow from the pilot to another mesh.
-static std::array<double, n_parts> growth(const Pilot& p, const Size& to) {
-  const double steps = p.size.finest / to.finest;
-  const double n = to.n_elements / p.size.n_elements;
-  const double now = matter(p, p.size), m = now > 0 ? matter(p, to) / now : n;
-  return {n * steps, m * steps, std::sqrt(n * m) * steps};
 }
 
 double resident_bytes() {
@@ -182,11 +214,14 @@ Cost predict_cost(const Simulation& built, double budget) {
   double spent = 0;
   for (const int across : {4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 48, 64}) {
     if (across >= built.spec.elements_across && !pilots.empty()) break;
+    double may_take = most_first * budget;
     if (!pilots.empty()) {
-      const double next = pilots.back().seconds * std::pow(across / pilots.back().size.across, 4);
-      if (pilots.back().reached < 1 - 1e-9 || spent + next > budget) break;
+      const double took = pilots.back().seconds;
+      // the second as long as the first, whatever is left: one alone tells no trend
+      may_take = pilots.size() == 1 ? std::max(took, budget - spent) : budget - spent;
+      if (pilots.back().reached < 1 - 1e-9 || may_take < took) break;  // less than that is too early a part of a run to tell
     }
-    pilots.push_back(fly(built.spec, std::min(across, built.spec.elements_across), budget - spent));
+    pilots.push_back(fly(built.spec, std::min(across, built.spec.elements_across), may_take, pilots.empty() ? nullptr : &pilots.back()));
     spent += pilots.back().seconds;
   }
   const Pilot& last = pilots.back();
@@ -200,13 +235,13 @@ Cost predict_cost(const Simulation& built, double budget) {
     const double ratio = std::log(last.size.across / first.size.across);
     const auto expected = growth(first, last.size);
     const auto of = [&](double found, double was) { return found > 0 && was > 0 ? std::clamp(std::log(found / was) / ratio, -most_trend, most_trend) : 0.0; };
-    for (std::size_t k = 0; k < n_parts; ++k) trend[k] = 0.5 * of(last.part[k], expected[k] * first.part[k]);
-    steps_trend = 0.5 * of(last.steps, first.steps * first.size.finest / last.size.finest);
+    for (std::size_t k = 0; k < n_parts; ++k) trend[k] = 0.5 * of(last.whole.part[k], expected[k] * first.whole.part[k]);
+    steps_trend = 0.5 * of(last.whole.steps, first.whole.steps * first.size.finest / last.size.finest);
   }
   const double finer = wanted.across / last.size.across;
   Cost c;
-  c.steps = last.steps * last.size.finest / wanted.finest * std::pow(finer, steps_trend);
-  const auto seconds = [&](Part k) { return last.part[k] * factor[k] * std::pow(finer, trend[k]); };
+  c.steps = last.whole.steps * last.size.finest / wanted.finest * std::pow(finer, steps_trend);
+  const auto seconds = [&](Part k) { return last.whole.part[k] * factor[k] * std::pow(finer, trend[k]); };
   c.elements_seconds = seconds(elements);
   c.particles_seconds = seconds(particles);
   c.contact_seconds = seconds(contact);

@@ -6,8 +6,8 @@
 //   elements   stage time ~ (elements of the mesh) n_s / (element rate of the mesh's size), the rate by bench's time_hex
 //   particles  stage time ~ (matter that converted, in elements of the mesh asked for) n_s
 //   contact    stage time ~ (the geometric mean of both) n_s
-// and each of the three is corrected by the power of h that the last two pilots show beyond that, damped by half and held
-// within `most_trend`.
+// and each of the three is corrected by the power of h that the last pilots show beyond that, damped by half and held
+// within `most_trend`. The last pilot need not get to the end: it goes on as the one before it did. There are two at least.
 #pragma once
 
 #include <string>
@@ -28,7 +28,8 @@ struct Cost {
   double pilot_seconds = 0;                              ///< that all pilots took
 };
 
-/// `built` is the case at its own resolution, begun. Uses the threads that are set; budget: for the pilots [s].
+/// `built` is the case at its own resolution, begun. Uses the threads that are set; budget: for the pilots [s]. The first two may take
+/// twice as much each.
 Cost predict_cost(const Simulation& built, double budget = 6);
 
 /// Memory that the process holds now [byte].
