@@ -35,19 +35,20 @@ static void round_all(const ContactLists& l, const std::vector<Vec3>& x, std::ve
   core::for_each(x.size(), [&](std::size_t i) { to[i] = rounded(l, x[i]); });
 }
 
-static Box face_box(const ContactLists& l, const ContactFace& f) {
+static Box face_box(const ContactLists& l, const FaceNodes& node) {
   Box box;
-  for (const auto nd : f.node) box.add(built_node(l, nd));
+  for (const auto nd : node) box.add(built_node(l, nd));
   return box.widened(face_part * (box.high - box.low).maxCoeff() + l.reach);
 }
 
-static ContactFace contact_face(const fem::Mesh& mesh, const fem::Face& face) {
-  ContactFace f{face, {}, mesh.elements.body[face.element], {}};
+static FaceNodes face_nodes(const fem::Mesh& mesh, const fem::Face& face) {
+  FaceNodes node;
   for (std::size_t k = 0; k < 4; ++k)
-    f.node[k] = static_cast<std::uint32_t>(
-        mesh.elements.node[face.element][static_cast<std::size_t>(fem::face_corner[face.face][k])]);
-  return f;
+    node[k] = static_cast<std::uint32_t>(mesh.elements.node[face.element][static_cast<std::size_t>(fem::face_corner[face.face][k])]);
+  return node;
 }
+
+static ContactFace contact_face(const fem::Mesh& mesh, const fem::Face& face) { return {face, face_nodes(mesh, face), mesh.elements.body[face.element], {}}; }
 
 static std::int32_t body_of_node(const fem::Mesh& mesh, std::size_t nd) {
   for (std::size_t b = 0; b < mesh.body_nodes.size(); ++b)
@@ -133,10 +134,10 @@ static void list_points(const fem::Mesh& mesh, const sph::Particles& particles, 
 }
 
 /// Reach: about the size of a small face, or a few steps at full speed.
-static void choose_reach(const fem::Mesh& mesh, const sph::Particles& particles, double dt, ContactLists& l) {
-  std::vector<double> size_2(l.faces.size());
+static void choose_reach(const fem::Mesh& mesh, const sph::Particles& particles, const std::vector<fem::Face>& faces, double dt, ContactLists& l) {
+  std::vector<double> size_2(faces.size());
   core::for_each(size_2.size(), [&](std::size_t f) {
-    const auto& n = l.faces[f].node;
+    const auto n = face_nodes(mesh, faces[f]);
     size_2[f] = 0.5 * (mesh.nodes.x[n[2]] - mesh.nodes.x[n[0]]).cross(mesh.nodes.x[n[3]] - mesh.nodes.x[n[1]]).norm();
   });
   const auto small = size_2.begin() + static_cast<std::ptrdiff_t>(size_2.size() / 4);
@@ -151,22 +152,91 @@ static void choose_reach(const fem::Mesh& mesh, const sph::Particles& particles,
   l.apart = apart_reaches * l.reach;
 }
 
-static void bin_all(ContactLists& l) {
-  l.cells.reset(l.far);
+/// Districts are so wide that all corners of a face within `apart` of a point lie in districts that touch its own.
+class Districts {
+ public:
+  Districts(const ContactLists& l, double widest_face) : bins_across_(static_cast<std::int64_t>((widest_face + l.apart) / l.far) + 1) { cells_.reset(1); }
+  std::uint32_t insert(const core::Cell& bin) { return cells_.insert(at(bin)); }
+  std::uint32_t find(const core::Cell& bin) const { return cells_.find(at(bin)); }
+  /// Which touch which, itself included.
+  std::vector<std::vector<std::uint32_t>> touching() const {
+    std::vector<std::vector<std::uint32_t>> rows(cells_.size());
+    for (std::size_t d = 0; d < rows.size(); ++d)
+      for (std::int64_t i = -1; i <= 1; ++i)
+        for (std::int64_t j = -1; j <= 1; ++j)
+          for (std::int64_t k = -1; k <= 1; ++k)
+            if (const auto o = cells_.find({cells_[d][0] + i, cells_[d][1] + j, cells_[d][2] + k}); o != Cells::none) rows[d].push_back(o);
+    return rows;
+  }
+
+ private:
+  core::Cell at(const core::Cell& bin) const {
+    const auto part = [&](std::int64_t i) { return (i >= 0 ? i : i - bins_across_ + 1) / bins_across_; };
+    return {part(bin[0]), part(bin[1]), part(bin[2])};
+  }
+  std::int64_t bins_across_;
+  core::Cells cells_;
+};
+
+/// Takes quiet nodes out of the points.
+static Districts leave_quiet(const fem::Mesh& mesh, const std::vector<fem::Face>& faces, ContactLists& l) {
+  const double widest = -core::min_where(faces.size(), [&](std::size_t f) {
+                           const Box box = face_box(l, face_nodes(mesh, faces[f]));
+                           return -(box.high - box.low).maxCoeff();
+                         }).value;
+  Districts districts(l, widest);
+  constexpr std::int32_t several = -1;
+  std::vector<std::int32_t> body;  // [district] the one whose nodes are all that is there
+  std::vector<std::uint32_t> home(l.points.size());
+  for (std::size_t k = 0; k < home.size(); ++k) {
+    home[k] = districts.insert(l.cells.cell(built(l, l.points[k])));
+    if (home[k] == body.size()) body.push_back(l.points[k].body);
+    if (body[home[k]] != l.points[k].body) body[home[k]] = several;
+  }
+  l.touching = districts.touching();
+  std::vector<std::uint8_t> quiet(body.size());
+  for (std::size_t d = 0; d < quiet.size(); ++d)
+    quiet[d] = body[d] != several && std::all_of(l.touching[d].begin(), l.touching[d].end(), [&](auto o) { return body[o] == body[d]; });
+  l.beside_quiet.resize(quiet.size());
+  for (std::size_t d = 0; d < quiet.size(); ++d)
+    l.beside_quiet[d] = std::any_of(l.touching[d].begin(), l.touching[d].end(), [&](auto o) { return quiet[o] != 0; });
+  l.quiet.clear();
+  std::size_t kept = 0;
+  for (std::size_t k = 0; k < home.size(); ++k)
+    if (quiet[home[k]])
+      l.quiet.push_back(l.points[k].index);
+    else
+      l.points[kept++] = l.points[k];
+  l.points.resize(kept);
+  return districts;
+}
+
+static void bin_points(const Districts& districts, ContactLists& l) {
   l.node_point.assign(l.node_built.size(), ContactLists::no_point);
   l.particle_point.assign(l.particle_built.size(), ContactLists::no_point);
   for (auto& bin : l.bins) bin.points.clear(), bin.faces.clear(), bin.face_bins.clear(), bin.contested = false;
+  l.district.clear();
   for (std::uint32_t k = 0; k < l.points.size(); ++k) {
-    const auto b = l.cells.insert(l.cells.cell(built(l, l.points[k])));
+    const core::Cell cell = l.cells.cell(built(l, l.points[k]));
+    const auto b = l.cells.insert(cell);
     if (b >= l.bins.size()) l.bins.resize(b + 1);
+    if (b == l.district.size()) l.district.push_back(districts.find(cell));
     place_point(l, k, b);
   }
   l.cells.tabulate();
+}
+
+/// Faces of which no corner is quiet.
+static void bin_faces(const fem::Mesh& mesh, const std::vector<fem::Face>& faces, ContactLists& l) {
+  l.faces = core::collect<ContactFace>(faces.size(), [&](std::size_t f, std::vector<ContactFace>& kept) {
+    const auto node = face_nodes(mesh, faces[f]);
+    if (std::all_of(node.begin(), node.end(), [&](auto nd) { return l.node_point[nd] != ContactLists::no_point; })) kept.push_back(contact_face(mesh, faces[f]));
+  });
   constexpr std::size_t block = 256;
   std::vector<std::vector<std::pair<std::uint32_t, std::uint32_t>>> known((l.faces.size() + block - 1) / block);  // bin, face
   core::for_each_block(l.faces.size(), block, [&](std::size_t first, std::size_t last) {
     for (std::size_t f = first; f < last; ++f) {
-      l.faces[f].box = face_box(l, l.faces[f]);
+      l.faces[f].box = face_box(l, l.faces[f].node);
       each_bin(l, l.faces[f].box.widened(l.far - l.reach),
                [&](std::uint32_t b) { known[first / block].push_back({b, static_cast<std::uint32_t>(f)}); });
     }
@@ -176,28 +246,6 @@ static void bin_all(ContactLists& l) {
       for (const auto& [b, f] : list)
         if (b - low < high - low) l.bins[b].faces.push_back(f);
   });
-}
-
-/// Districts are so wide that all corners of a face within `apart` of a point lie in districts that touch its own.
-static void form_districts(ContactLists& l) {
-  double widest = 0;
-  for (const auto& f : l.faces) widest = std::max(widest, (f.box.high - f.box.low).maxCoeff());
-  const auto bins_across = static_cast<std::int64_t>((widest + l.apart) / l.far) + 1;
-  core::Cells districts;
-  districts.reset(1);
-  const auto part = [&](std::int64_t i) { return (i >= 0 ? i : i - bins_across + 1) / bins_across; };
-  l.district.resize(l.cells.size());
-  for (std::size_t b = 0; b < l.district.size(); ++b) {
-    const core::Cell& c = l.cells[b];
-    l.district[b] = districts.insert({part(c[0]), part(c[1]), part(c[2])});
-  }
-  l.touching.assign(districts.size(), {});
-  for (std::size_t d = 0; d < districts.size(); ++d)
-    for (std::int64_t i = -1; i <= 1; ++i)
-      for (std::int64_t j = -1; j <= 1; ++j)
-        for (std::int64_t k = -1; k <= 1; ++k)
-          if (const auto o = districts.find({districts[d][0] + i, districts[d][1] + j, districts[d][2] + k}); o != Cells::none)
-            l.touching[d].push_back(o);
 }
 
 struct PairScratch {
@@ -246,8 +294,8 @@ void make_lists(const fem::Mesh& mesh, const sph::Particles& particles, std::spa
   std::vector<fem::Face> faces;
   for (const auto& f : l.surface.faces)
     if (!l.left_out[mesh.elements.body[f.element]]) faces.push_back(f);
-  l.faces.resize(faces.size());
-  core::for_each(faces.size(), [&](std::size_t f) { l.faces[f] = contact_face(mesh, faces[f]); });
+  l.faces.clear();
+  l.quiet.clear();
   l.origin = mesh.nodes.x[0];
   round_all(l, mesh.nodes.x, l.node_built);
   round_all(l, particles.x, l.particle_built);
@@ -255,10 +303,11 @@ void make_lists(const fem::Mesh& mesh, const sph::Particles& particles, std::spa
   l.paired.clear();
   l.rows.n = 0, l.rows.start.clear();
   l.valid = true;
-  if (l.faces.empty()) return;
-  choose_reach(mesh, particles, dt, l);
-  bin_all(l);
-  form_districts(l);
+  if (faces.empty()) return;
+  choose_reach(mesh, particles, faces, dt, l);
+  l.cells.reset(l.far);
+  bin_points(leave_quiet(mesh, faces, l), l);
+  bin_faces(mesh, faces, l);
   constexpr std::size_t block = 16;
   std::vector<std::vector<Candidate>> part((l.cells.size() + block - 1) / block);
   core::for_each_block(l.cells.size(), block, [&](std::size_t first, std::size_t last) {
@@ -271,11 +320,11 @@ void make_lists(const fem::Mesh& mesh, const sph::Particles& particles, std::spa
 
 // ------------------------------------------------------------------------------------------------ what appears
 
-/// False where nothing was when the lists were made: then nobody knows what is near.
+/// False where nothing was when the lists were made, or what may strike its own body comes near quiet faces: then nobody knows what is near.
 static bool add_point(ContactLists& l, const ContactPoint& point) {
   const Vec3 x = built(l, point);
   const auto b = l.cells.find(l.cells.cell(x));
-  if (b == Cells::none) return false;
+  if (b == Cells::none || (point.body < 0 && l.beside_quiet[l.district[b]])) return false;
   const auto k = static_cast<std::uint32_t>(l.points.size());
   l.points.push_back(point);
   if (point.particle) l.particle_point.push_back(ContactLists::no_point);
@@ -295,7 +344,7 @@ static bool add_face(ContactLists& l, const ContactFace& face) {
     if (l.node_point[nd] == ContactLists::no_point) return false;
   const auto f = static_cast<std::uint32_t>(l.faces.size());
   l.faces.push_back(face);
-  const Box box = l.faces.back().box = face_box(l, face);
+  const Box box = l.faces.back().box = face_box(l, face.node);
   each_bin(l, box.widened(l.far - l.reach), [&](std::uint32_t b) {
     ContactBin& bin = l.bins[b];
     bin.faces.push_back(f);
@@ -340,30 +389,42 @@ static bool extend(const fem::Mesh& mesh, const sph::Particles& particles, Conta
 
 /// Do displacements, a time ahead, differ by less than the lists allow?
 static bool hold(const fem::Mesh& mesh, const sph::Particles& particles, double ahead, const ContactLists& l) {
-  if (l.faces.empty()) return true;
+  if (l.faces.empty() && l.quiet.empty()) return true;
   struct Moved {
     Box all, nodes;
   };
   const fem::Nodes& n = mesh.nodes;
+  const auto add_node = [&](std::size_t nd, Box& box) {
+    if (!n.awake[nd])
+      box.add(Vec3::Zero());
+    else if (n.m[nd] > 0)
+      box.add(n.x[nd] - built_node(l, nd) + ahead * n.v[nd]);
+  };
   std::vector<Moved> moved(l.cells.size());
   core::for_each_block(moved.size(), 16, [&](std::size_t first, std::size_t last) {
     for (std::size_t b = first; b < last; ++b) {
       Moved m;
       for (const auto k : l.bins[b].points) {
         const auto& p = l.points[k];
-        if (p.particle) {
+        if (p.particle)
           m.all.add(particles.x[p.index] - built_particle(l, p.index) + ahead * particles.v[p.index]);
-        } else if (!n.awake[p.index]) {
-          m.nodes.add(Vec3::Zero());
-        } else if (n.m[p.index] > 0) {
-          m.nodes.add(n.x[p.index] - built_node(l, p.index) + ahead * n.v[p.index]);
-        }
+        else
+          add_node(p.index, m.nodes);
       }
       m.all.add(m.nodes);
       moved[b] = m;
     }
   });
   Moved whole;
+  whole.nodes = core::reduce(
+      l.quiet.size(), Box{},
+      [&](std::size_t first, std::size_t last) {
+        Box box;
+        for (std::size_t k = first; k < last; ++k) add_node(l.quiet[k], box);
+        return box;
+      },
+      Box::join);
+  whole.all = whole.nodes;
   std::vector<Moved> district(l.touching.size());
   for (std::size_t b = 0; b < moved.size(); ++b) {
     district[l.district[b]].all.add(moved[b].all);

@@ -2,7 +2,9 @@
 // Which points may strike which faces soon. Points and faces are binned where they are when the lists are made; a pair is
 // a candidate when the point lies in the face's box widened by `reach`. The lists hold as long as displacements since then
 // differ by less than that between a bin's points and the corners of the faces known to it (those within `far`), by less
-// than `far` within touching districts, and by less than `apart` between any two: what flies as a whole keeps its lists.
+// than `far` within touching districts, and by less than `apart` between any two: what flies as a whole keeps its lists. Nodes and
+// faces of one body that have nothing but that body in their own and touching districts are quiet: nothing can strike or be struck there
+// before `apart` is used up, and they are not binned.
 // As elements go, the faces, nodes and particles that appear are put into the same lists as if they had been there, moved
 // with their surroundings.
 // Lists are a superset and nothing else: results depend neither on when they were made nor on their order.
@@ -66,6 +68,8 @@ struct ContactLists {
   core::Cells cells;
   std::vector<ContactBin> bins;           ///< [cell]
   std::vector<std::uint32_t> district;    ///< [bin] where it belongs to: cubes larger than any face is wide and `apart`
+  std::vector<std::uint8_t> beside_quiet; ///< [district] it touches one whose nodes are quiet
+  std::vector<std::uint32_t> quiet;       ///< nodes that are
   std::vector<std::vector<std::uint32_t>> touching;  ///< [district] districts that touch it, itself included
   static constexpr std::uint32_t no_point = 0xffffffff;
   std::vector<std::uint32_t> node_point, particle_point;  ///< [node], [particle] its row of points; corners of faces have one

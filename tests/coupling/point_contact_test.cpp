@@ -405,6 +405,66 @@ TEST(PointContact, NothingDependsOnWhenListsWereMade) {
   EXPECT_LT(3 * kept.contact.searches, anew.contact.searches);
 }
 
+TEST(PointContact, WhereOneBodyIsAloneNothingIsListed) {
+  // A block slides across a wide plate, and elements of the plate become particles with velocities of their own, under the block and where
+  // nothing was near. Lists that leave out what is quiet, kept and extended, give the bits of lists made anew at every step.
+  const auto scene = [] {
+    Kinematic k;
+    k.add(scene::plate(90, 1, mm), 2785);
+    k.add(fem::box(rig::line(-42 * mm, -38 * mm, 4), rig::line(-2.2 * mm, 1.8 * mm, 4), rig::line(0.1 * mm, 4.1 * mm, 4)), 2785);
+    fem::finish(k.mesh);
+    k.move_body(1, [](const Vec3& x) { return Vec3(4000 - 1e4 * x[1], 1e4 * (x[0] + 40 * mm), -60); });
+    return k;
+  };
+  auto kept = scene(), anew = scene();
+  std::size_t most_quiet = 0, least_quiet = 1000000;
+  for (int i = 0; i < 180; ++i) {
+    for (Kinematic* k : {&kept, &anew}) {
+      if (i % 12 == 7) {
+        std::mt19937 random(static_cast<unsigned>(i));
+        convert_element(*k, i % 24 == 7 ? 45 * 90 + static_cast<std::size_t>(i) / 3 : random());
+        k->particles.v.back() += Vec3(0, 0, 100) + scene::random_vector(random, 600);
+      }
+      if (k == &anew) coupling::invalidate(k->contact);
+      k->step(1e-7);
+    }
+    ASSERT_EQ(first_difference(kept.mesh.nodes.v, anew.mesh.nodes.v), -1) << "node, step " << i;
+    ASSERT_EQ(first_difference(kept.particles.v, anew.particles.v), -1) << "particle, step " << i;
+    ASSERT_EQ(kept.contact.step, anew.contact.step) << "step " << i;
+    most_quiet = std::max(most_quiet, kept.contact.lists.quiet.size());
+    least_quiet = std::min(least_quiet, kept.contact.lists.quiet.size());
+  }
+  EXPECT_GT(most_quiet, kept.mesh.nodes.size() / 2);
+  EXPECT_LT(least_quiet, most_quiet / 2) << "where particles have come, it is not quiet";
+  EXPECT_GT(kept.contact.dissipated, 0);
+  EXPECT_EQ(kept.contact.leaks, 0u);
+  EXPECT_LT(2 * kept.contact.searches, anew.contact.searches);
+}
+
+TEST(PointContact, WhatAppearsBesideQuietFacesStrikesThem) {
+  // Whether the faces that a new particle of the plate comes down on were near anything when the lists were made or not.
+  std::size_t quiet = 0, near = 0;
+  for (int i = 12; i < 86; ++i) {
+    Kinematic k;
+    k.add(scene::plate(90, 1, mm), 2785);
+    k.add(fem::box(rig::line(-42 * mm, -38 * mm, 4), rig::line(-2.2 * mm, 1.8 * mm, 4), rig::line(0.01 * mm, 4 * mm, 4)), 2785);
+    fem::finish(k.mesh);
+    k.move_body(1, [](const Vec3&) { return Vec3(0, 0, -200); });
+    k.step(1e-7);
+    std::size_t el = 0;
+    while ((fem::centre(k.mesh, el, k.mesh.nodes.x) - Vec3((i - 44.5) * mm, 0.5 * mm, -0.5 * mm)).norm() > 1e-6) ++el;
+    const auto& were_quiet = k.contact.lists.quiet;
+    (std::find(were_quiet.begin(), were_quiet.end(), k.mesh.elements.node[el][0]) != were_quiet.end() ? quiet : near) += 1;
+    convert_element(k, el);
+    k.particles.x.back() += Vec3(1.7, 0.3, 0.6) * mm;
+    k.particles.v.back() = Vec3(0, 0, -2000);
+    for (int n = 0; n < 4; ++n) k.step(1e-7);
+    EXPECT_GT(k.particles.v[0][2], -1500) << "it was not stopped at " << i;
+  }
+  EXPECT_GT(near, 10u);
+  EXPECT_GT(quiet, 10u);
+}
+
 TEST(PointContact, WhatHasChangedFindsItsPairs) {
   // Every candidate that the matter asked for has a part in, each once, whether it stood in the lists from the start or came later.
   auto k = cloud_and_block();
