@@ -74,6 +74,7 @@ static void find_neighbours(Simulation& s) {
   }
   sph::correct_gradients(s.particles, s.particle_settings, hood, s.correction);
   sph::reflect_images(hood);
+  coupling::fill_anchors(s.mesh, s.bond, hood);
 }
 
 /// 1: forces of particles on each other and on the elements they are bonded to.

@@ -245,17 +245,11 @@ void fill_foreign(const fem::Mesh& mesh, const Bond& bond, sph::Neighbourhood& h
   hood.anchor_start.assign(bond.x.size() + 1, 0);
   for (std::size_t k = 0; k < bond.x.size(); ++k)
     hood.anchor_start[k + 1] = hood.anchor_start[k] + static_cast<std::uint32_t>(seam_of(bond, k / parts).size()) + 1;
-  hood.anchor_xi.resize(hood.anchor_start.back());
-  hood.frame.resize(bond.x.size());
   using sph::single;
   const double per_unit = 1 / (hood.unit * hood.unit * hood.unit);
   core::for_each(bond.x.size(), [&](std::size_t k) {
     const std::size_t el = bond.elements[k / parts];
     const std::size_t i = hood.n_particles + k;
-    auto anchor = hood.anchor_start[k];
-    const sph::Frame frame = hood.frame[k] = frame_of(mesh, el, fem::part_centre(bond.per_edge, static_cast<int>(k % parts)));
-    for (const auto nd : seam_of(bond, k / parts)) hood.anchor_xi[anchor++] = nearest_corner(frame.xi + frame.per_x * (mesh.nodes.x[nd] - bond.x[k]));
-    hood.anchor_xi[anchor] = frame.xi;
     sph::Actors& a = hood.actors;
     const double rho = e.pt.rho[el], volume = e.pt.m[el] / bond.parts() / rho;
     a.place[i] = {bond.x[k], single(part_h(e, el, bond)), single(volume * per_unit)};
@@ -269,10 +263,27 @@ void fill_foreign(const fem::Mesh& mesh, const Bond& bond, sph::Neighbourhood& h
   });
 }
 
+/// Most elements in a list's reach of particles have none in a kernel's.
+static bool lonely(const sph::Neighbourhood& hood, std::size_t k) { return hood.n_near[hood.n_particles + k] == 0; }
+
+void fill_anchors(const fem::Mesh& mesh, const Bond& bond, sph::Neighbourhood& hood) {
+  const auto parts = static_cast<std::size_t>(bond.parts());
+  hood.anchor_xi.resize(hood.anchor_start.back());
+  hood.frame.resize(bond.x.size());
+  core::for_each(bond.x.size(), [&](std::size_t k) {
+    if (lonely(hood, k)) return;
+    auto anchor = hood.anchor_start[k];
+    const sph::Frame frame = hood.frame[k] = frame_of(mesh, bond.elements[k / parts], fem::part_centre(bond.per_edge, static_cast<int>(k % parts)));
+    for (const auto nd : seam_of(bond, k / parts)) hood.anchor_xi[anchor++] = nearest_corner(frame.xi + frame.per_x * (mesh.nodes.x[nd] - bond.x[k]));
+    hood.anchor_xi[anchor] = frame.xi;
+  });
+}
+
 void fill_foreign_velocities(const fem::Mesh& mesh, const Bond& bond, sph::Neighbourhood& hood) {
   const auto parts = static_cast<std::size_t>(bond.parts());
   hood.anchor_v_mean.resize(hood.anchor_xi.size());
   core::for_each(bond.x.size(), [&](std::size_t k) {
+    if (lonely(hood, k)) return;
     const std::size_t el = bond.elements[k / parts];
     const Vec3 xi = fem::part_centre(bond.per_edge, static_cast<int>(k % parts));
     sph::set_motion(hood, hood.n_particles + k, fem::at(mesh, el, mesh.nodes.v, xi));
@@ -286,6 +297,7 @@ void add_reaction(const sph::Neighbourhood& hood, const Bond& bond, fem::Mesh& m
   const auto parts = static_cast<std::size_t>(bond.parts());
   std::vector<std::uint32_t> pushed;
   for (std::size_t k = 0; k < bond.x.size(); ++k) {
+    if (lonely(hood, k)) continue;
     bool any = false;
     auto row = hood.anchor_start[k];
     for (const auto nd : seam_of(bond, k / parts)) {

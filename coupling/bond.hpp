@@ -45,10 +45,13 @@ void find_seam(const fem::Mesh& mesh, Bond& bond);
 /// Centres of the bonded and the watched elements now.
 void update_centres(const fem::Mesh& mesh, Bond& bond);
 
-/// The foreign rows of hood.actors, all but velocities after the kick.
+/// The foreign rows of hood.actors, all but velocities after the kick, and how many anchors each has.
 void fill_foreign(const fem::Mesh& mesh, const Bond& bond, sph::Neighbourhood& hood);
 
-/// v_new of the foreign rows, and the velocity of their seams.
+/// The anchors of those that have somebody near.
+void fill_anchors(const fem::Mesh& mesh, const Bond& bond, sph::Neighbourhood& hood);
+
+/// v_new of the same, and the velocity of their seams.
 void fill_foreign_velocities(const fem::Mesh& mesh, const Bond& bond, sph::Neighbourhood& hood);
 
 /// Reaction of the particles to the seam; wakes what is pushed.
