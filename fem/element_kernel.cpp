@@ -133,7 +133,7 @@ static Real hourglass_coefficient(const Context& k, std::size_t el, Real strain)
 constexpr double flat = 2;
 
 /// One pack of elements starting at row el; returns the hourglass work [J].
-static double update_pack(const Context& k, std::size_t el) {
+[[gnu::flatten]] static double update_pack(const Context& k, std::size_t el) {
   Elements& e = k.mesh.elements;
   const Nodes& n = k.mesh.nodes;
   const Lanes alive = alive_lanes(e, el);
