@@ -185,14 +185,12 @@ void load_vectors(const double* const at[W], Pack<W> out[3]) {
 #endif
 #ifdef __AVX__
   if constexpr (W == 4) {
-    const __m256i three = _mm256_setr_epi64x(-1, -1, -1, 0);
-    const __m256d a = _mm256_maskload_pd(at[0], three), b = _mm256_maskload_pd(at[1], three),
-                  c = _mm256_maskload_pd(at[2], three), d = _mm256_maskload_pd(at[3], three);
-    const __m256d xz_low = _mm256_unpacklo_pd(a, b), y_low = _mm256_unpackhi_pd(a, b);
-    const __m256d xz_high = _mm256_unpacklo_pd(c, d), y_high = _mm256_unpackhi_pd(c, d);
-    out[0] = Pack<W>((typename Pack<W>::Real)_mm256_permute2f128_pd(xz_low, xz_high, 0x20));
-    out[1] = Pack<W>((typename Pack<W>::Real)_mm256_permute2f128_pd(y_low, y_high, 0x20));
-    out[2] = Pack<W>((typename Pack<W>::Real)_mm256_permute2f128_pd(xz_low, xz_high, 0x31));
+    const auto halves = [](__m128d low, __m128d high) { return _mm256_insertf128_pd(_mm256_castpd128_pd256(low), high, 1); };
+    const auto thirds = [&](int l, int k) { return _mm_loadh_pd(_mm_load_sd(at[l] + 2), at[k] + 2); };
+    const __m256d even = halves(_mm_loadu_pd(at[0]), _mm_loadu_pd(at[2])), odd = halves(_mm_loadu_pd(at[1]), _mm_loadu_pd(at[3]));
+    out[0] = Pack<W>((typename Pack<W>::Real)_mm256_unpacklo_pd(even, odd));
+    out[1] = Pack<W>((typename Pack<W>::Real)_mm256_unpackhi_pd(even, odd));
+    out[2] = Pack<W>((typename Pack<W>::Real)halves(thirds(0, 1), thirds(2, 3)));
     return;
   }
 #endif
