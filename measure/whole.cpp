@@ -115,6 +115,8 @@ void find_members(const Scene& scene, Whole& whole) {
     whole.rims[body] = rim_motion(m, frame, rows, scene.time * scene.bodies[body].velocity);
     rim.insert(rim.end(), rows.begin(), rows.end());
   }
+  std::vector<char> has_elements(scene.bodies.size(), 0);  // mode sph knows none
+  for (std::size_t el = 0; el < m.n_elements; ++el) has_elements[m.body[el]] = 1;
   std::vector<char> own(whole.size(), 0), unfailed(whole.size(), 0), slow(whole.size(), 0), loose(whole.size(), 0);
   for (std::size_t row = 0; row < whole.size(); ++row) {
     const Rim& r = whole.rims[m.body[row]];
@@ -124,8 +126,9 @@ void find_members(const Scene& scene, Whole& whole) {
     const bool powder = !whole.is_element(row) && m.damage[row] >= 1, rests = speed < speed_limit(whole, settled_speed);
     unfailed[row] = r.exists && !powder;
     own[row] = r.exists && (!powder || rests);
-    // A plate that still bends is whole all the same: its elements hang together by their nodes.
-    const bool bends = whole.is_element(row) && speed < std::max(speed_limit(whole, loose_speed), bending_speed);
+    // A plate that still bends is whole all the same: its elements hang together by their nodes; of particles alone, by their bonds.
+    const bool bends = whole.is_element(row) ? speed < std::max(speed_limit(whole, loose_speed), bending_speed)
+                                             : !has_elements[m.body[row]] && speed < bending_speed;
     slow[row] = unfailed[row] && (rests || bends);
     loose[row] = speed > speed_limit(whole, r.exists ? loose_speed : settled_speed);
   }
@@ -135,7 +138,7 @@ void find_members(const Scene& scene, Whole& whole) {
   whole.held = whole.joined;
   whole.debris.assign(whole.size(), 0);
   for (std::size_t row = 0; row < whole.size(); ++row) {
-    if (loose[row] && !whole.is_element(row)) whole.held[row] = 0;
+    if (loose[row] && !whole.is_element(row) && !whole.settled[row]) whole.held[row] = 0;
     const bool free_body = !whole.rims[m.body[row]].exists && !scene.bodies[m.body[row]].is_projectile;
     whole.debris[row] = !whole.settled[row] && (!whole.joined[row] || loose[row]) && (!free_body || loose[row]);
   }
