@@ -128,6 +128,13 @@ static double near_enough(const measure::Scene& scene, std::size_t k) {
   return 0.25 * std::min(scene.projectile_size, std::max(gap, 0.0));
 }
 
+/// Is this on its way from a plate, and no part of a plate whose edge comes near the next one, or of what stands between them?
+/// x, v: place and velocity as seen from that plate.
+static bool has_left(const measure::PlateFrame& plate, double impact_speed, const Vec3& x, const Vec3& v) {
+  const double speed = v.norm();
+  return speed > measure::loose_speed * impact_speed || (speed > measure::settled_speed * impact_speed && x.z() < -plate.thickness);
+}
+
 constexpr double fastest_debris = 2;  ///< of the impact speed: more than any flies at
 
 void freeze_clouds(Simulation& s) {
@@ -138,24 +145,26 @@ void freeze_clouds(Simulation& s) {
   s.cloud_frozen.resize(scene.plates.size(), 0);
   for (std::size_t k = 0; k + 1 < scene.plates.size(); ++k) {
     if (s.cloud_frozen[k]) continue;
-    const measure::PlateFrame wall = measure::plate_frame(scene, scene.plates[k + 1]);
+    const measure::PlateFrame plate = measure::plate_frame(scene, scene.plates[k]), wall = measure::plate_frame(scene, scene.plates[k + 1]);
+    const Vec3 flown = scene.bodies[static_cast<std::size_t>(scene.plates[k])].velocity;
+    const double impact_speed = scene.impact_velocity.norm();
     const auto may_strike = measure::built_before(scene, k);
     double nearest = 1e300, ahead = 1e300;  // what may be the front, and what lies before it
-    const auto note = [&](const Vec3& x, bool awake) {
+    const auto note = [&](const Vec3& x, const Vec3& v) {
       const Vec3 local = wall.local(x);
       const double height = local.z() - wall.half.z();
       ahead = std::min(ahead, height);
-      if (awake && wall.rim(local) <= 1) nearest = std::min(nearest, height);
+      if (height < nearest && wall.rim(local) <= 1 && has_left(plate, impact_speed, plate.local(x), v - flown)) nearest = height;
     };
     for (std::size_t i = 0; i < s.particles.size(); ++i)
-      if (may_strike[s.particles.body[i]]) note(s.particles.x[i], true);
+      if (may_strike[s.particles.body[i]]) note(s.particles.x[i], s.particles.v[i]);
     for (std::size_t b = 0; b < s.mesh.body_nodes.size(); ++b) {
       if (!may_strike[b]) continue;
       for (std::size_t nd = s.mesh.body_nodes[b].first; nd < s.mesh.body_nodes[b].last; ++nd)
-        if (s.mesh.nodes.m[nd] > 0) note(s.mesh.nodes.x[nd], s.mesh.body_awake[b] && s.mesh.nodes.awake[nd]);
+        if (s.mesh.nodes.m[nd] > 0) note(s.mesh.nodes.x[nd], s.mesh.nodes.v[nd]);
     }
     if (nearest > near_enough(scene, k)) {
-      const double closing = scene.impact_velocity.norm() + (scene.bodies[static_cast<std::size_t>(scene.plates[k + 1])].velocity - scene.rest).norm();
+      const double closing = impact_speed + (scene.bodies[static_cast<std::size_t>(scene.plates[k + 1])].velocity - scene.rest).norm();
       s.clouds_due = std::min(s.clouds_due, s.time + std::max(0.0, ahead - near_enough(scene, k)) / (fastest_debris * closing));
       continue;
     }

@@ -144,6 +144,40 @@ material = "Al2024-T351"
   EXPECT_LT(front, 7500);
 }
 
+TEST(Clouds, WaitForDebrisWhereAPlatesOwnEdgeIsNearTheNext) {
+  // the bumper stands askew, and its lower edge all but touches the wall behind it
+  std::string text = small_case::text;
+  const auto replace = [&](const std::string& a, const std::string& b) { text.replace(text.rfind(a), a.size(), b); };
+  replace("\"0 mm\", \"0 mm\", \"-0.15 mm\"]\n", "0, 0, 0]\nnormal = [1, 0, 1]\n");
+  replace("\"6 mm\", \"6 mm\"", "\"4 mm\", \"4 mm\"");
+  replace("\"0.52 mm\"", "\"1.2 mm\"");
+  text += R"([[body]]
+name = "wall"
+shape = "plate"
+size = ["8 mm", "8 mm"]
+thickness = "0.5 mm"
+center = ["0 mm", "0 mm", "-1.78 mm"]
+material = "Al2024-T351"
+)";
+  std::map<std::string, double> mass;
+  for (const char* set : {"run.sleep=exact", "run.sleep=off", "run.mode=sph"}) {
+    auto s = small_case::begin({set}, text);
+    ASSERT_EQ(s->scene.plates.size(), 2u);
+    while (s->time < 0.6e-6) {
+      app::choose_step(*s, 0.6e-6);
+      app::step(*s);
+      app::freeze_clouds(*s);
+    }
+    EXPECT_EQ(s->cloud_frozen[0], 1) << set << ": debris has come to the wall by now";
+    EXPECT_GT(app::scene_now(*s).peak_pressure_axis, 50e9) << set;
+    for (const auto& v : s->frozen)
+      if (v.key == "cloud.mass") mass[set] = v.value;
+    const double sphere = 2785 * 3.14159265 / 6 * 1e-9;
+    EXPECT_GT(mass[set], 0.5 * sphere) << set;
+  }
+  EXPECT_EQ(mass["run.sleep=exact"], mass["run.sleep=off"]);
+}
+
 TEST(Symmetry, QuarterHalfAndWholeAgree) {
   const auto whole = shoot({"run.symmetry=\"none\""});
   const auto half = shoot({"run.symmetry=[\"x\"]"});
