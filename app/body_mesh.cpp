@@ -42,12 +42,15 @@ static double projectile_edge(const io::Case& spec) {
 bool is_box(const io::BodySpec& b) { return b.shape == Shape::plate || b.shape == Shape::box; }
 
 Vec3 at_rest(const io::Case& spec) {
-  if (!spec.walls.empty() || std::none_of(spec.bodies.begin(), spec.bodies.end(), is_box)) return Vec3::Zero();
-  for (const auto& b : spec.bodies)
-    if (is_box(b) && b.velocity.isZero(0)) return Vec3::Zero();
+  const auto& bodies = spec.bodies;
+  const bool boxes = std::any_of(bodies.begin(), bodies.end(), is_box);
+  const auto rests = [&](const io::BodySpec& b) { return (!boxes || is_box(b)) && b.velocity.isZero(0); };
+  const auto flies_along = [&](const io::BodySpec& b) { return b.velocity == bodies.front().velocity; };
+  if (!spec.walls.empty() || std::any_of(bodies.begin(), bodies.end(), rests)) return Vec3::Zero();
+  if (!boxes && std::all_of(bodies.begin(), bodies.end(), flies_along)) return Vec3::Zero();  // nothing strikes anything
   const auto width = [](const io::BodySpec& b) { return extent(b)[0] * extent(b)[1]; };
-  const io::BodySpec* widest = &spec.bodies.front();
-  for (const auto& b : spec.bodies)
+  const io::BodySpec* widest = &bodies.front();
+  for (const auto& b : bodies)
     if (width(b) > width(*widest) || (width(b) == width(*widest) && b.velocity.norm() < widest->velocity.norm())) widest = &b;
   return widest->velocity;
 }

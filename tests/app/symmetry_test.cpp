@@ -253,6 +253,39 @@ TEST(Boost, AShotAtAPlateThatFliesIsTheShotAtOneAtRest) {
   }
 }
 
+TEST(Boost, SpheresThatBothFlyAreTheShotAtOneAtRest) {
+  // no plate: the wider one is what is struck
+  const auto scene = [](const Vec3& v) {
+    std::string text = small_case::text;
+    const auto replace = [&](const std::string& a, const std::string& b) { text.replace(text.rfind(a), a.size(), b); };
+    replace("\"plate\"\nsize = [\"6 mm\", \"6 mm\"]\nthickness = \"0.3 mm\"", "\"sphere\"\ndiameter = \"1.2 mm\"");
+    replace("\"-0.15 mm\"", "\"-0.6 mm\"");
+    const auto velocity = [](const Vec3& u) { return "velocity = [" + std::to_string(u[0]) + ", " + std::to_string(u[1]) + ", " + std::to_string(u[2]) + "]\n"; };
+    replace("velocity = [\"0 km/s\", \"0 km/s\", \"-6 km/s\"]\n", velocity(v - Vec3(0, 0, 6000)));
+    return text + velocity(v);
+  };
+  const auto measured = [](app::Simulation& s) {
+    app::begin(s);
+    small_case::run(s, 100000);
+    std::map<std::string, double> r;
+    for (const auto& v : app::measure_snapshot(app::take_snapshot(s), app::scene_now(s), s.frozen).values) r[v.key] = v.value;
+    return r;
+  };
+  const std::vector<std::string> set{"run.symmetry=none", "run.sleep=off", "run.end=0.3 us"};
+  const auto still = small_case::set_up(set, scene(Vec3::Zero()));
+  const auto expected = measured(*still);
+  for (const Vec3& v : {Vec3(0, 0, 3000), Vec3(2000, -1000, 7000)}) {
+    const auto s = small_case::set_up(set, scene(v));
+    EXPECT_EQ(s->scene.projectile, 0);
+    EXPECT_EQ(s->scene.impact_velocity, Vec3(0, 0, -6000));
+    EXPECT_EQ(s->mesh.elements.size(), still->mesh.elements.size());
+    const auto r = measured(*s);
+    for (const char* key : {"fragments.mass", "fragments.momentum", "peak_pressure"}) EXPECT_NEAR(r.at(key), expected.at(key), 0.03 * expected.at(key)) << key;
+  }
+  // bodies that fly together strike nothing
+  EXPECT_EQ(small_case::set_up({"body.0.velocity=[0, 0, 500]", "body.1.velocity=[0, 0, 500]"}, scene(Vec3::Zero()))->scene.rest, Vec3(0, 0, 0));
+}
+
 TEST(Symmetry, QuartersOfAllBodiesLieOnThePositiveSide) {
   // However a body's normal points: what is left of it after the cut must lie where the others' halves lie.
   const std::string plate = "center = [\"0 mm\", \"0 mm\", \"-0.15 mm\"]\n";
