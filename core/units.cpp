@@ -297,6 +297,9 @@ double parse_quantity(std::string_view given, Dimension expected) {
   if (rest.starts_with(','))
     throw CaseError("'" + text_of(given) + "' has a comma in it; decimals are written with a point, " + example);
 
+  if (expected == Dimension::angular_velocity && rest.find("Hz") != std::string_view::npos)
+    throw CaseError("'" + text_of(given) + "' may mean turns or radians; give rpm, deg/s or rad/s, " + example);
+
   const Unit unit = rest.empty() ? Unit{} : UnitParser(rest, expected).parse();
   if (!rest.empty() && !fits(unit.powers, expected))
     throw CaseError("'" + text_of(given) + "' is " + described(unit.powers) + ", but " + needed + " is needed, " + example);

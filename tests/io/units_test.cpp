@@ -65,6 +65,8 @@ TEST(Units, DecimalPrefixesAreExact) {
   EXPECT_EQ(parse_quantity("9.81 m/s2", Dimension::acceleration), 9.81);
   EXPECT_EQ(parse_quantity("100 rad/s", Dimension::angular_velocity), 100.0);
   EXPECT_EQ(parse_quantity("100 1/s", Dimension::angular_velocity), 100.0);
+  EXPECT_THROW(parse_quantity("100 Hz", Dimension::angular_velocity), std::exception) << "turns or radians";
+  EXPECT_EQ(parse_quantity("100 Hz", Dimension::rate), 100.0);
   EXPECT_EQ(parse_quantity("0.0154 1/GPa", Dimension::inverse_pressure), 0.0154e-9);
   EXPECT_EQ(parse_quantity("6.2e-4 1/K", Dimension::inverse_temperature), 6.2e-4);
   EXPECT_EQ(parse_quantity("0.5 N s", Dimension::momentum), 0.5);
