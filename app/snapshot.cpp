@@ -118,14 +118,24 @@ measure::Result measure_snapshot(io::Snapshot snapshot, const measure::Scene& sc
   return r;
 }
 
+/// What is between the k-th plate and the next one at a time, 0 where they touch [m].
+static double gap_behind(const measure::Scene& scene, std::size_t k, double time) {
+  const auto &plate = scene.bodies[static_cast<std::size_t>(scene.plates[k])], &wall = scene.bodies[static_cast<std::size_t>(scene.plates[k + 1])];
+  const Vec3 normal = measure::plate_frame(scene, scene.plates[k + 1]).axes.row(2), apart = plate.center - wall.center + time * (plate.velocity - wall.velocity);
+  return std::max(0.0, normal.dot(apart) - 0.5 * (plate.thickness + wall.thickness));
+}
+
+constexpr double near_part = 0.25;
+
 /// How near a cloud's front may come to the next plate before the cloud is measured: a quarter of the projectile's size, or of what
 /// is between the plates [m].
-static double near_enough(const measure::Scene& scene, std::size_t k) {
-  const auto wall = static_cast<std::size_t>(scene.plates[k + 1]);
-  const auto& plate = scene.bodies[static_cast<std::size_t>(scene.plates[k])];
-  const measure::PlateFrame frame = measure::plate_frame(scene, static_cast<int>(wall));
-  const double gap = frame.local(measure::plate_frame(scene, scene.plates[k]).origin).z() - 0.5 * (plate.thickness + scene.bodies[wall].thickness);
-  return 0.25 * std::min(scene.projectile_size, std::max(gap, 0.0));
+static double near_enough(const measure::Scene& scene, std::size_t k) { return near_part * std::min(scene.projectile_size, gap_behind(scene, k, scene.time)); }
+
+/// The plate behind which the first impact is over: layers that lie on each other, or nearly so, are struck as one.
+static std::size_t last_of_first_impact(const measure::Scene& scene) {
+  std::size_t k = 0;
+  while (k + 1 < scene.plates.size() && gap_behind(scene, k, 0) < near_part * scene.projectile_size) ++k;
+  return k;
 }
 
 /// Is this on its way from a plate, and no part of a plate whose edge comes near the next one, or of what stands between them?
@@ -170,7 +180,7 @@ void freeze_clouds(Simulation& s) {
     }
     s.cloud_frozen[k] = 1;
     const measure::Scene now = scene_now(s);
-    if (k == 0) s.peak_impact = now.peak_pressure_axis;
+    if (k == last_of_first_impact(scene)) s.peak_impact = now.peak_pressure_axis;
     const auto r = measure::measure_cloud(matter_of(take_snapshot(s)), now, k);
     s.frozen.insert(s.frozen.end(), r.values.begin(), r.values.end());
   }

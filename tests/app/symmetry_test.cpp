@@ -178,6 +178,26 @@ material = "Al2024-T351"
   EXPECT_EQ(mass["run.sleep=exact"], mass["run.sleep=off"]);
 }
 
+TEST(Clouds, LayersThatLieOnEachOtherAreStruckAsOne) {
+  // what the first layer's debris presses on at once is no other impact: the stack bears what a plate of its thickness does
+  std::map<int, double> peak;
+  for (const int layers : {1, 2}) {
+    std::string text = small_case::text;
+    text.erase(text.rfind("[[body]]"));
+    for (int k = 0; k < layers; ++k)
+      text += "[[body]]\nname = \"layer" + std::to_string(k) + "\"\nshape = \"plate\"\nsize = [\"2 mm\", \"2 mm\"]\nmaterial = \"Al2024-T351\"\nthickness = " +
+              std::to_string(0.2e-3 / layers) + "\ncenter = [0, 0, " + std::to_string(-(k + 0.5) * 0.2e-3 / layers) + "]\n";
+    auto s = small_case::begin({"run.elements_across=10"}, text);
+    while (s->time < 0.15e-6) {
+      app::choose_step(*s, 0.15e-6);
+      app::step(*s);
+      app::freeze_clouds(*s);
+    }
+    peak[layers] = app::scene_now(*s).peak_pressure_axis;
+  }
+  EXPECT_NEAR(peak[2], peak[1], 0.2 * peak[1]);  // one element thick, the layers ring a little higher
+}
+
 TEST(Symmetry, QuarterHalfAndWholeAgree) {
   const auto whole = shoot({"run.symmetry=\"none\""});
   const auto half = shoot({"run.symmetry=[\"x\"]"});
