@@ -51,6 +51,21 @@ core::Symmetry find_symmetry(const io::Case& spec) {
 
 // ------------------------------------------------------------------------------------------------ scene
 
+/// Does the line of flight meet the middle of a body that is no plate, a ball that lies on one, before it comes to a plate at `aim`?
+static bool strikes_another_first(const io::Case& spec, int shot, int plate, const Vec3& aim) {
+  const auto& bodies = spec.bodies;
+  const auto& s = bodies[static_cast<std::size_t>(shot)];
+  const Vec3 from = middle(s);
+  const auto when = [&](const Vec3& to, const Vec3& v) { return (to - from).dot(v) / std::max(v.squaredNorm(), 1e-300); };
+  const double at_plate = when(aim, s.velocity - bodies[static_cast<std::size_t>(plate)].velocity);
+  return std::any_of(bodies.begin(), bodies.end(), [&](const io::BodySpec& b) {
+    if (&b == &s || is_box(b)) return false;
+    const Vec3 v = s.velocity - b.velocity;
+    const double time = when(middle(b), v);
+    return time > 0 && time < at_plate && (from + time * v - middle(b)).norm() < 0.5 * extent(b).maxCoeff();
+  });
+}
+
 /// Warns where there is no reference pressure: shocks beyond the range of an equation of state are extrapolated.
 static measure::Scene make_scene(const io::Case& spec, const std::vector<PlacedBody>& placed, std::vector<std::string>& warnings) {
   measure::Scene scene;
@@ -93,6 +108,7 @@ static measure::Scene make_scene(const io::Case& spec, const std::vector<PlacedB
     const auto& first = scene.bodies[static_cast<std::size_t>(scene.plates[0])];
     scene.aim = where_struck(spec, static_cast<std::size_t>(scene.plates[0]));
     scene.element_size = placed[static_cast<std::size_t>(scene.plates[0])].element_size;
+    if (strikes_another_first(spec, scene.projectile, scene.plates[0], scene.aim)) return scene;  // no reference for what that is
     const std::string& struck = spec.bodies[static_cast<std::size_t>(scene.plates[0])].material;
     const auto &a = spec.materials.at(shot.material), &b = spec.materials.at(struck);
     const double closing = std::abs(scene.impact_velocity.dot(first.normal));

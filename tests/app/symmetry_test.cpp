@@ -144,6 +144,20 @@ material = "Al2024-T351"
   EXPECT_LT(front, 7500);
 }
 
+TEST(Reference, IsOfThePlateWhereNothingLiesBeforeIt) {
+  const auto pressure = [](const char* center) {
+    return small_case::set_up({"body.projectile.center=[0, 0, 3 mm]"}, std::string(small_case::text) + R"([[body]]
+name = "ball"
+shape = "sphere"
+diameter = "1 mm"
+material = "OFHC-Cu"
+center = )" + center + "\n")->scene;
+  };
+  EXPECT_EQ(pressure("[0, 0, \"0.5 mm\"]").peak_pressure_axis_hugoniot, 0) << "a ball of copper lies on the plate and is struck first";
+  EXPECT_EQ(pressure("[0, 0, \"0.5 mm\"]").peak_pressure_jetting, 0);
+  for (const char* beside : {"[0, 0, \"-0.9 mm\"]", "[\"2 mm\", 0, \"0.5 mm\"]", "[0, 0, \"5 mm\"]"}) EXPECT_NEAR(pressure(beside).peak_pressure_axis_hugoniot, 78.05e9, 0.1e9) << beside;
+}
+
 TEST(Clouds, WaitForDebrisWhereAPlatesOwnEdgeIsNearTheNext) {
   // the bumper stands askew, and its lower edge all but touches the wall behind it
   std::string text = small_case::text;
