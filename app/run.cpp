@@ -249,13 +249,17 @@ static void warn_of_references(Simulation& s, const measure::Result& result) {
       s.warnings.push_back(fmt::format("reference \"{}\": nothing is measured by that name in this run{}", key, io::toml_reader::did_you_mean(key, keys)));
 }
 
-/// Runs to the end or to what stops it, saves the state, reports. Returns the exit code.
-static int conclude(Simulation& s, Output& out, double wall_before) {
-  const auto begin_time = std::chrono::steady_clock::now();
+/// From the first file on: an interrupted run leaves a folder to resume.
+static void catch_interrupts() {
   std::signal(SIGINT, note_interrupt);
   std::signal(SIGTERM, note_interrupt);
   if (std::signal(SIGHUP, note_interrupt) == SIG_IGN) std::signal(SIGHUP, SIG_IGN);  // started to outlive its terminal
   std::signal(SIGPIPE, SIG_IGN);  // results go to files: the run goes on without its screen
+}
+
+/// Runs to the end or to what stops it, saves the state, reports. Returns the exit code.
+static int conclude(Simulation& s, Output& out, double wall_before) {
+  const auto begin_time = std::chrono::steady_clock::now();
   RunInfo info;
   int code = 0;
   try {
@@ -332,6 +336,7 @@ int run(const io::Case& spec, const std::string& dir, bool force) {
     throw core::CaseError(fmt::format("{}: is the case itself, which the run's case.toml would overwrite; give another --out", spec.file));
   auto s = set_up(spec);
   begin(*s);
+  catch_interrupts();
   fs::create_directories(dir, error);
   if (error) throw core::CaseError(fmt::format("{}: the output folder cannot be made: {}", dir, error.message()));
   const FolderLock lock(dir);
@@ -378,6 +383,7 @@ int resume(const std::string& dir) {
     }
     s->limit = {"end", 0, s->dt_old};
   }
+  catch_interrupts();
   Output out = open_output(*s, dir, true);
   if (fs::is_empty(dir + "/history.csv")) out.history.line(history_head);
   out.log.line(fmt::format("resumed at t = {:.6g} us, step {}", s->time * 1e6, s->steps));

@@ -6,10 +6,13 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <thread>
 
 #include "app/checkpoint.hpp"
+#include "app/run.hpp"
 #include "app/snapshot.hpp"
 #include "core/error.hpp"
 #include "core/parallel.hpp"
@@ -272,6 +275,27 @@ normal = [0, 0, 1]
     EXPECT_NEAR(passed, rigid ? 2 : 1, rigid ? 0.12 : 0.06);
     EXPECT_LT(std::abs(s->ledger.energy_error), 1e-9);
   }
+}
+
+TEST(Interrupt, BeforeTheFirstStepLeavesAFolderToResume) {
+  testing::FLAGS_gtest_death_test_style = "threadsafe";
+  const std::string toml = small_case::write(small_case::text), dir = (std::filesystem::temp_directory_path() / ("ejecta_interrupted_" + std::to_string(getpid()))).string();
+  const auto spec = io::read_case(toml, {"run.elements_across=20", "run.symmetry=none"});
+  const auto interrupted_run = [&] {
+    std::filesystem::remove_all(dir);
+    std::thread user([&] {  // who presses Ctrl-C while the first files are written
+      while (!std::filesystem::exists(dir + "/run.h5")) std::this_thread::yield();
+      std::raise(SIGINT);
+    });
+    const int code = app::run(spec, dir, false);
+    user.join();
+    const bool can_go_on = std::filesystem::exists(dir + "/checkpoint.h5");
+    std::filesystem::remove_all(dir);
+    std::filesystem::remove(toml);
+    std::_Exit(can_go_on ? code : 1);
+  };
+  EXPECT_EXIT(interrupted_run(), testing::ExitedWithCode(130), "");
+  std::filesystem::remove(toml);
 }
 
 TEST(Checkpoint, FitsOnlyItsOwnCase) {
