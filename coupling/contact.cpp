@@ -177,15 +177,21 @@ static std::uint32_t last_change(const Matter& a, const FaceNodes& node) {
   return std::max({c[node[0]], c[node[1]], c[node[2]], c[node[3]]});
 }
 
+/// What each face that stands in candidates sweeps within `ahead` at the velocities now.
+static std::vector<FaceSweep> sweeps_of_paired(const Matter& a, const ContactLists& l, double ahead) {
+  std::vector<FaceSweep> swept(l.paired.size());
+  core::for_each(swept.size(), [&](std::size_t k) {
+    const ContactFace& f = l.faces[l.paired[k]];
+    if (a.mesh.elements.alive[f.face.element]) swept[k] = face_sweep(a.mesh.nodes, f.node, ahead);
+  });
+  return swept;
+}
+
 /// Candidates that may meet within the next steps_covered steps at the velocities now.
 static std::vector<Candidate> near_pairs(const Matter& a, const ContactLists& l) {
   const auto& alive = a.mesh.elements.alive;
   const double ahead = steps_covered * a.dt;
-  std::vector<FaceSweep> swept(l.paired.size());
-  core::for_each(swept.size(), [&](std::size_t k) {
-    const ContactFace& f = l.faces[l.paired[k]];
-    if (alive[f.face.element]) swept[k] = face_sweep(a.mesh.nodes, f.node, ahead);
-  });
+  const auto swept = sweeps_of_paired(a, l, ahead);
   return core::collect<Candidate>(l.candidates.size(), [&](std::size_t k, std::vector<Candidate>& found) {
     const Candidate pair = l.candidates[k];
     const PointRef p = point_ref(a, l.points[pair.point]);
@@ -209,19 +215,37 @@ static std::vector<Candidate> changed_pairs(const Matter& a, ContactLists& l, st
   return candidates_of(changed, l);
 }
 
+/// Is a node at a face from beside: next to its plane, with the matter that it belongs to behind that plane? So lie the edges of plates
+/// of one size that are stacked: each node of one is on the outline of the other's side face, and moves past it, not into it.
+static bool beside(const fem::Mesh& mesh, const ContactPoint& point, const FaceNodes& f) {
+  constexpr double next_to = 2 * margin_part;  // of the face's size
+  constexpr double behind = 0.3;   // sine of an angle
+  if (point.particle) return false;
+  const auto& x = mesh.nodes.x;
+  const Vec3 area_2 = (x[f[2]] - x[f[0]]).cross(x[f[3]] - x[f[1]]), normal = area_2.normalized();
+  const double gap = normal.dot(x[point.index] - 0.25 * (x[f[0]] + x[f[1]] + x[f[2]] + x[f[3]]));
+  if (gap > next_to * std::sqrt(0.5 * area_2.norm())) return false;
+  Vec3 inside = Vec3::Zero();
+  for (const auto el : fem::elements_at(mesh, point.index))
+    if (mesh.elements.alive[el]) inside += fem::centre(mesh, el, x) - x[point.index];
+  return normal.dot(inside) < -behind * inside.norm();
+}
+
 /// Those of the pairs that meet, ascending. strict: that cross.
 static std::vector<ActivePair> detect(const Matter& a, const std::vector<Candidate>& pairs, bool strict, Contact& c) {
   const ContactLists& l = c.lists;
   c.pairs_tested += pairs.size();
+  std::vector<FaceSweep> paired;  // each face's once, where most of them have pairs here
+  if (pairs.size() > l.paired.size()) paired = sweeps_of_paired(a, l, a.dt);
   auto met = core::collect<ActivePair>(pairs.size(), [&](std::size_t k, std::vector<ActivePair>& found) {
     const ContactPoint& point = l.points[pairs[k].point];
     const ContactFace& f = l.faces[pairs[k].face];
     const PointRef p = point_ref(a, point);
     if (!a.mesh.elements.alive[f.face.element] || !(p.m > 0)) return;
-    const FaceSweep swept = face_sweep(a.mesh.nodes, f.node, a.dt);
+    const FaceSweep swept = paired.empty() ? face_sweep(a.mesh.nodes, f.node, a.dt) : paired[f.paired];
     each_image(a, p, a.dt, [&](int image) {
       const Vec3 x = seen(*p.x, image), v = seen(*p.v, image);
-      if (swept.reaches(x, v) && meet(a.mesh.nodes, f.node, x, v, a.dt, strict).found)
+      if (swept.reaches(x, v) && meet(a.mesh.nodes, f.node, x, v, a.dt, strict).found && !beside(a.mesh, point, f.node))
         found.push_back({f.face.element * std::uint64_t{6} + f.face.face, key(point, image), pairs[k], image, 0, {}, {}});
     });
   });

@@ -341,6 +341,26 @@ TEST(PointContact, WhatSlidesAlongDoesNotCatchOnEdges) {
   }
 }
 
+TEST(PointContact, StackedPlatesDoNotCatchOnEachOthersEdges) {
+  // Two plates of one size lie on each other; the upper one widens. The lower one's edge nodes lie on the outlines of its side faces, and
+  // were taken along by them.
+  Kinematic k;
+  k.add(scene::plate(6, 1, mm), 2785);
+  k.add(fem::box(rig::line(-3 * mm, 3 * mm, 6), rig::line(-3 * mm, 3 * mm, 6), rig::line(-2 * mm, -1 * mm, 1)), 2785);
+  fem::finish(k.mesh);
+  k.move_body(0, [](const Vec3& x) { return Vec3(1e4 * x[0], 1e4 * x[1], 0); });
+  for (int i = 0; i < 10; ++i) k.step(1e-8);
+  EXPECT_GT(k.contact.searches, 0u);
+  EXPECT_EQ(k.contact.dissipated, 0);
+  EXPECT_EQ(k.contact.leaks, 0u);
+  for (auto nd = k.mesh.body_nodes[1].first; nd < k.mesh.body_nodes[1].last; ++nd) EXPECT_EQ(k.mesh.nodes.v[nd], Vec3(0, 0, 0)) << nd;
+  // pressed together they are stopped
+  k.move_body(1, [](const Vec3&) { return Vec3(0, 0, 100); });
+  for (int i = 0; i < 10; ++i) k.step(1e-8);
+  EXPECT_GT(k.contact.dissipated, 0);
+  EXPECT_EQ(k.contact.leaks, 0u);
+}
+
 TEST(PointContact, AWallTakesTheNormalVelocityOnly) {
   Kinematic k;
   k.add(scene::plate(1, 1, mm), 2785);
