@@ -109,15 +109,13 @@ static std::array<double, n_parts> growth(const Pilot& p, const Size& to) {
   return {n * steps, m * steps, std::sqrt(n * m) * steps};
 }
 
-/// A pilot that did not get to the end goes on as the one before it did, by as much more as it took up to there; the first of
+/// p.whole is what the pilot took as far as it got. One that did not get to the end goes on as the one before it did, by as much more as it took up to there; the first of
 /// all as in the last third of the time it covered.
 static void extrapolate(Pilot& p, const Pilot* before, double end) {
-  const Mark last = p.marks.back();
+  const Mark last = p.whole;
   const auto mark_at = [](const Pilot& of, double time) {
     return *std::find_if(of.marks.rbegin(), of.marks.rend() - 1, [&](const Mark& m) { return m.time <= time; });
   };
-  p.whole = last;
-  p.whole.time = end;
   if (!before) {
     const Mark third = mark_at(p, last.time * 2 / 3);
     const double left = (end - last.time) / std::max(last.time - third.time, 1e-300);

@@ -215,6 +215,16 @@ static std::vector<Candidate> changed_pairs(const Matter& a, ContactLists& l, st
   return candidates_of(changed, l);
 }
 
+/// The plane through a face's middle.
+struct FacePlane {
+  Vec3 centre, normal;
+  double area;
+};
+static FacePlane plane_of(const std::vector<Vec3>& x, const FaceNodes& f) {
+  const Vec3 area_2 = (x[f[2]] - x[f[0]]).cross(x[f[3]] - x[f[1]]);
+  return {0.25 * (x[f[0]] + x[f[1]] + x[f[2]] + x[f[3]]), area_2.normalized(), 0.5 * area_2.norm()};
+}
+
 /// Is a node at a face from beside: next to its plane, with the matter that it belongs to behind that plane? So lie the edges of plates
 /// of one size that are stacked: each node of one is on the outline of the other's side face, and moves past it, not into it.
 static bool beside(const fem::Mesh& mesh, const ContactPoint& point, const FaceNodes& f) {
@@ -222,9 +232,8 @@ static bool beside(const fem::Mesh& mesh, const ContactPoint& point, const FaceN
   constexpr double behind = 0.3;   // sine of an angle
   if (point.particle) return false;
   const auto& x = mesh.nodes.x;
-  const Vec3 area_2 = (x[f[2]] - x[f[0]]).cross(x[f[3]] - x[f[1]]), normal = area_2.normalized();
-  const double gap = normal.dot(x[point.index] - 0.25 * (x[f[0]] + x[f[1]] + x[f[2]] + x[f[3]]));
-  if (gap > next_to * std::sqrt(0.5 * area_2.norm())) return false;
+  const auto [centre, normal, area] = plane_of(x, f);
+  if (normal.dot(x[point.index] - centre) > next_to * std::sqrt(area)) return false;
   Vec3 inside = Vec3::Zero();
   for (const auto el : fem::elements_at(mesh, point.index))
     if (mesh.elements.alive[el]) inside += fem::centre(mesh, el, x) - x[point.index];
@@ -260,9 +269,7 @@ static double approach_step(const Matter& a, const ContactLists& l, const Candid
   if (point.particle) return any;
   const auto& n = a.mesh.nodes;
   const FaceNodes& f = l.faces[pair.face].node;
-  const Vec3 area_2 = (n.x[f[2]] - n.x[f[0]]).cross(n.x[f[3]] - n.x[f[1]]);
-  const Vec3 normal = area_2.normalized();
-  const Vec3 xc = 0.25 * (n.x[f[0]] + n.x[f[1]] + n.x[f[2]] + n.x[f[3]]);
+  const auto [xc, normal, area] = plane_of(n.x, f);
   const Vec3 vc = 0.25 * (n.v[f[0]] + n.v[f[1]] + n.v[f[2]] + n.v[f[3]]);
   const double closing = normal.dot(vc - n.v[point.index]);
   if (!(closing > 0)) return any;
@@ -271,11 +278,11 @@ static double approach_step(const Matter& a, const ContactLists& l, const Candid
   core::Box box;
   for (const auto nd : f) box.add(n.x[nd] + when * n.v[nd]);
   const Vec3 x = n.x[point.index] + when * n.v[point.index];
-  const double beside = (box.low - x).cwiseMax(x - box.high).maxCoeff();
-  if (beside > edge_tolerance * (box.high - box.low).maxCoeff()) return any;
+  const double outside = (box.low - x).cwiseMax(x - box.high).maxCoeff();
+  if (outside > edge_tolerance * (box.high - box.low).maxCoeff()) return any;
   const auto& pt = a.mesh.elements.pt;
   const std::uint32_t behind = l.faces[pair.face].face.element;
-  const double area = 0.5 * area_2.norm(), depth = pt.m[behind] / pt.rho[behind] / area;
+  const double depth = pt.m[behind] / pt.rho[behind] / area;
   return closing_part * std::min(std::sqrt(area), depth) / closing;
 }
 

@@ -158,6 +158,14 @@ center = )" + center + "\n")->scene;
   for (const char* beside : {"[0, 0, \"-0.9 mm\"]", "[\"2 mm\", 0, \"0.5 mm\"]", "[0, 0, \"5 mm\"]"}) EXPECT_NEAR(pressure(beside).peak_pressure_axis_hugoniot, 78.05e9, 0.1e9) << beside;
 }
 
+void run_looking_at_clouds(app::Simulation& s, double end) {
+  while (s.time < end) {
+    app::choose_step(s, end);
+    app::step(s);
+    app::freeze_clouds(s);
+  }
+}
+
 TEST(Clouds, WaitForDebrisWhereAPlatesOwnEdgeIsNearTheNext) {
   // the bumper stands askew, and its lower edge all but touches the wall behind it
   std::string text = small_case::text;
@@ -177,11 +185,7 @@ material = "Al2024-T351"
   for (const char* set : {"run.sleep=exact", "run.sleep=off", "run.mode=sph"}) {
     auto s = small_case::begin({set}, text);
     ASSERT_EQ(s->scene.plates.size(), 2u);
-    while (s->time < 0.6e-6) {
-      app::choose_step(*s, 0.6e-6);
-      app::step(*s);
-      app::freeze_clouds(*s);
-    }
+    run_looking_at_clouds(*s, 0.6e-6);
     EXPECT_EQ(s->cloud_frozen[0], 1) << set << ": debris has come to the wall by now";
     EXPECT_GT(app::scene_now(*s).peak_pressure_axis, 50e9) << set;
     for (const auto& v : s->frozen)
@@ -202,11 +206,7 @@ TEST(Clouds, LayersThatLieOnEachOtherAreStruckAsOne) {
       text += "[[body]]\nname = \"layer" + std::to_string(k) + "\"\nshape = \"plate\"\nsize = [\"2 mm\", \"2 mm\"]\nmaterial = \"Al2024-T351\"\nthickness = " +
               std::to_string(0.2e-3 / layers) + "\ncenter = [0, 0, " + std::to_string(-(k + 0.5) * 0.2e-3 / layers) + "]\n";
     auto s = small_case::begin({"run.elements_across=10"}, text);
-    while (s->time < 0.15e-6) {
-      app::choose_step(*s, 0.15e-6);
-      app::step(*s);
-      app::freeze_clouds(*s);
-    }
+    run_looking_at_clouds(*s, 0.15e-6);
     peak[layers] = app::scene_now(*s).peak_pressure_axis;
   }
   EXPECT_NEAR(peak[2], peak[1], 0.2 * peak[1]);  // one element thick, the layers ring a little higher
