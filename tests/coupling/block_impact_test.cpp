@@ -87,6 +87,23 @@ TEST(BlockImpact, EqualBlocksStopAtTheInterface) {
   EXPECT_LT(r.s->contact.dissipated, 0.1 * r.s->ledger.initial.kinetic);
 }
 
+TEST(BlockImpact, ContactTakesTheShocksHeatOfHalfALayerEach) {
+  // Nodes of a face hold half of its layer's mass: h1/2 and h2/2 of depth that the impact brings to one velocity at once, in inelastic
+  // collision: rho (h1 h2 / (h1 + h2)) v^2 / 4 a unit of area. Like layers: rho h v^2 / 8, the heat up^2 / 2 that shocks leave in both halves.
+  constexpr double v = 1000;
+  for (const double h : {a, 0.5 * a}) {
+    rig::Rig r;
+    r.add(block(0.02 * a, 12, 4), scene::aluminium(), [](const Vec3&) { return Vec3(0, 0, -v); });
+    r.add(fem::box(rig::line(-2 * a, 2 * a, 4), rig::line(-2 * a, 2 * a, 4), rig::line(-12 * a, 0, static_cast<int>(std::lround(12 * a / h)))),
+          scene::aluminium(), [](const Vec3&) { return Vec3::Zero(); });
+    confine(r);
+    r.begin();
+    run(r, 0.1e-6);
+    const double taken = 2785 * (a * h / (a + h)) * v * v / 4 * (16 * a * a);
+    EXPECT_NEAR(r.s->contact.dissipated, taken, 0.03 * taken) << h;
+  }
+}
+
 TEST(BlockImpact, WhatMeetsFlatIsNotPushedSideways) {
   // Like meshes, node on node, free to slide, until release from the edges has come half way to the middle.
   rig::Rig r;
