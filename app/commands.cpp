@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "app/bench.hpp"
+#include "app/compare.hpp"
 #include "app/cost.hpp"
 #include "app/run.hpp"
 #include "app/setup.hpp"
@@ -159,6 +160,7 @@ int command_line(int argc, char** argv) {
   cli.require_subcommand(1);
   Arguments a;
   std::string material, file;
+  std::vector<std::string> folders;
   int code = 0, number = 0;
   const auto case_options = [&](CLI::App* c) {
     c->add_option("CASE", a.target, "case file, or the folder that holds case.toml")->required();
@@ -190,6 +192,12 @@ int command_line(int argc, char** argv) {
   c_measure->callback([&] {
     fmt::print("{}", measure_again(a.target));
     if (series) measure_series(a.target);
+  });
+  auto* c_compare = cli.add_subcommand("compare", "runs side by side: what differs in the cases, cost, measurements, energies");
+  c_compare->add_option("DIR", folders, "output folders of two or more runs")->required();
+  c_compare->callback([&] {
+    fmt::print("{}", compare(folders));
+    code = printed();
   });
   auto* c_materials = cli.add_subcommand("materials", "the library: constants, units, sources");
   c_materials->add_option("NAME", material, "a material; without it all names");

@@ -174,8 +174,7 @@ void write_fragments(const std::string& dir, const measure::Result& result) {
   write_file(dir + "/fragments.csv", text);
 }
 
-/// A value as people write it.
-static std::string readable(double value, const std::string& unit) {
+std::string readable(double value, const std::string& unit) {
   if (unit == "m") return fmt::format("{:.4g} mm", value * 1e3);
   if (unit == "rad") return fmt::format("{:.2f} deg", value * 180 / core::pi);
   if (unit == "m/s") return fmt::format("{:.3f} km/s", value * 1e-3);

@@ -28,6 +28,9 @@ void rewrite_measurements(const std::string& dir, const io::Case& spec, const me
 /// DIR/fragments.csv.
 void write_fragments(const std::string& dir, const measure::Result& result);
 
+/// A value as people write it: lengths in mm, angles in degrees, and so on; unit "bool": yes or no.
+std::string readable(double value, const std::string& unit);
+
 /// A table for people: measurements with their references, then the ledger.
 std::string measurement_table(const io::Case& spec, const measure::Result& result);
 std::string ledger_table(const Simulation& s);

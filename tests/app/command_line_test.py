@@ -292,6 +292,8 @@ class Messages(Folder):
         self.refused("hugoniot", "unobtainium", says=["unobtainium"])
         self.refused("resume", "nowhere", says=["nowhere"])
         self.refused("measure", "nowhere", says=["nowhere"])
+        self.refused("compare", "nowhere", "elsewhere", says=["nowhere/summary.json"])
+        self.refused("compare", "nowhere", says=["two or more"])
 
 
 class Output(Folder):
@@ -349,6 +351,37 @@ class Output(Folder):
         r = self.ejecta("run", "case.toml", "--out", self.out, "--force")
         self.assertEqual(r.returncode, 0, r.stderr)
         self.assertEqual(self.summary(self.out)["measurements"], summary["measurements"], "the same run gave other numbers")
+
+    def test_runs_side_by_side(self):
+        """Numbers are those of the summaries; brackets against the reference of one of the cases, or against the first run."""
+        reference = '[reference]\n"bumper.hole_diameter" = { value = "2 mm", source = "none" }\n'
+        self.write("case.toml", CASE + reference)
+        self.assertEqual(self.ejecta("run", "case.toml", "--out", "first", "--mode", "erosion").returncode, 0)
+        self.assertEqual(self.ejecta("run", "case.toml", "--out", "second/run", "--set", "convert.jacobian_ratio=2").returncode, 0)
+        r = self.ejecta("compare", "first", "second/run/")
+        self.assertEqual(r.returncode, 0, r.stderr)
+        one, two = self.summary(os.path.join(self.dir, "first")), self.summary(os.path.join(self.dir, "second", "run"))
+        lines = r.stdout.splitlines()
+        self.assertEqual(lines[0].split(), ["first", "run", "reference"])
+        rows = {re.split("  +", line.strip())[0]: re.split("  +", line.strip())[1:] for line in lines[1:]}
+        differs = lines[lines.index("what differs in the cases") + 1:lines.index("runs")]
+        self.assertEqual([line.split()[0] for line in differs], ["convert.jacobian_ratio", "run.mode"])
+        self.assertEqual(rows["run.mode"], ["erosion", "hybrid"])
+        self.assertEqual(rows["steps"], [str(one["steps"]), str(two["steps"])])
+        self.assertEqual(rows["elements, eroded"], [str(one["elements"]["eroded"]), "0"])
+        self.assertEqual(rows["particles, final"], ["0", str(two["particles"]["final"])])
+        hole = [s["measurements"]["bumper.hole_diameter"]["value"] for s in (one, two)]
+        self.assertEqual(rows["bumper.hole_diameter"], [f"{1e3 * h:.4g} mm ({100 * (h / 2e-3 - 1):+.1f} %)" for h in hole] + ["2 mm"])
+        impulse = [s["measurements"]["bumper.impulse"]["value"] for s in (one, two)]
+        self.assertEqual(rows["bumper.impulse"],
+                         [f"{impulse[0]:.4g} N s", f"{impulse[1]:.4g} N s ({100 * (impulse[1] / impulse[0] - 1):+.1f} %)"])
+        for k, s in enumerate((one, two)):
+            kinetic = 100 * s["conservation"]["ledger"]["kinetic"] / s["conservation"]["initial_kinetic"]
+            self.assertEqual(rows["kinetic"][k], f"{kinetic:.3f}")
+        # what one run alone has measured
+        only = set(two["measurements"]) - set(one["measurements"])
+        for key in only:
+            self.assertEqual(rows[key][0], "-", key)
 
     def test_a_later_end(self):
         self.assertEqual(self.ejecta("run", "case.toml", "--out", self.out, "--set", 'run.end="0.2 us"').returncode, 0)
