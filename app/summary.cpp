@@ -181,7 +181,7 @@ std::string readable(double value, const std::string& unit) {
   if (unit == "Pa") return fmt::format("{:.4g} GPa", value * 1e-9);
   if (unit == "kg") return fmt::format("{:.4g} mg", value * 1e6);
   if (unit == "bool") return value != 0 ? "yes" : "no";
-  return fmt::format("{:.4g} {}", value, unit);
+  return fmt::format("{:.4g}{}{}", value, unit.empty() ? "" : " ", unit);
 }
 
 std::string measurement_table(const io::Case& spec, const measure::Result& result) {
