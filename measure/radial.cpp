@@ -94,8 +94,20 @@ bool InnerEdge::exists() const {
   return 2 * std::count_if(radius.begin(), radius.end(), [](double r) { return r < infinite; }) >= n_rays;
 }
 
+/// f(distance) for the lines through the centre that meet material on both sides; returns how many they are.
+template <class F>
+static int each_diameter(const InnerEdge& edge, F&& f) {
+  int n = 0;
+  for (int j = 0; j < n_rays / 2; ++j) {
+    const double one = edge.radius[j], other = edge.radius[j + n_rays / 2];
+    if (one < infinite && other < infinite) f(one + other), ++n;
+  }
+  return n;
+}
+
 double InnerEdge::mean_diameter() const {
   double sum = 0;
+  if (const int n = each_diameter(*this, [&](double d) { sum += d; }); n > 0) return sum / n;
   int n = 0;
   for (const double r : radius)
     if (r < infinite) sum += r, ++n;
@@ -104,11 +116,7 @@ double InnerEdge::mean_diameter() const {
 
 std::array<double, 2> InnerEdge::extreme_diameters() const {
   std::array<double, 2> d{infinite, 0};
-  for (int j = 0; j < n_rays / 2; ++j) {
-    if (radius[j] >= infinite || radius[j + n_rays / 2] >= infinite) continue;
-    const double across = radius[j] + radius[j + n_rays / 2];
-    d = {std::min(d[0], across), std::max(d[1], across)};
-  }
+  each_diameter(*this, [&](double across) { d = {std::min(d[0], across), std::max(d[1], across)}; });
   if (d[1] < d[0]) d.fill(mean_diameter());
   return d;
 }

@@ -24,7 +24,7 @@ struct InnerEdge {
   double center[2] = {0, 0};          ///< [m]
   std::array<double, n_rays> radius;  ///< along each ray [m], infinite where it meets nothing
   bool exists() const;                ///< at least half of the rays meet material
-  double mean_diameter() const;       ///< 2 x mean radius [m]
+  double mean_diameter() const;       ///< 2 x mean radius, over lines that meet material on both sides where there are any [m]
   /// Smallest and largest distance between the two edges along a line through the centre [m].
   std::array<double, 2> extreme_diameters() const;
 };

@@ -125,6 +125,21 @@ TEST(Hole, BentLipCountsWhereItsEdgeIs) {
   EXPECT_NEAR(get(r, "bumper.bulge"), 2 * thickness, 1e-2 * thickness);
 }
 
+TEST(Hole, ABiteIsAsWideAsFromEdgeToEdge) {
+  // Half a disc of radius 9 mm bitten out of the plate's edge. Lines that find an edge on one side alone do not count: their single
+  // radii, short towards the middle of the plate, would make the mean less than the least width.
+  measure::Matter m;
+  Block b = plate(width, thickness, 150, 4);
+  b.keep = [](const Vec3& x) { return std::hypot(x.x() - 0.5 * width, x.y()) > 9 * mm; };
+  add_block(m, b);
+  const measure::Result r = measured(m);
+  EXPECT_EQ(get(r, "bumper.perforated"), 1);
+  const double d = get(r, "bumper.hole_diameter"), least = get(r, "bumper.hole_diameter_min"), most = get(r, "bumper.hole_diameter_max");
+  EXPECT_LE(least, d);
+  EXPECT_LE(d, most);
+  EXPECT_LE(most, 18.5 * mm);
+}
+
 TEST(Hole, FastMaterialAndDetachedMaterialDoNotCount) {
   measure::Matter m;
   add_block(m, ring_plate(width, thickness, 4 * mm, 4 * mm, 96, 12, 2));
