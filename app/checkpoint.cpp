@@ -127,7 +127,8 @@ static void check_scene(const std::string& path, const std::string& stored, cons
   std::string part = "[run]", before, after;  // what the lines are of
   while (true) {
     before.clear(), after.clear();
-    if (!std::getline(was, before) & !std::getline(is, after)) return;
+    const bool more = static_cast<bool>(std::getline(was, before)), more_now = static_cast<bool>(std::getline(is, after));
+    if (!more && !more_now) return;
     if (before != after)
       throw core::CaseError(fmt::format(
           "{}: is of a run whose case had, in {}, the line `{}` where case.toml beside it has `{}`; mode, bodies, walls and materials of a run that has begun "

@@ -127,9 +127,11 @@ static void add_differences(const std::vector<Run>& runs, Table& table) {
     const auto found = run.spec.find(key);
     return found == run.spec.end() ? "-" : found->second;
   };
-  for (const auto& [key, unused] : keys)
+  for (const auto& entry : keys) {
+    const std::string& key = entry.first;
     if (std::any_of(runs.begin(), runs.end(), [&](const Run& run) { return value(run, key) != value(runs[0], key); }))
       table.each(key, [&](const Run& run) { return value(run, key); });
+  }
 }
 
 namespace {

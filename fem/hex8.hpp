@@ -8,6 +8,8 @@
 // Corner order: fem/generate.hpp.
 #pragma once
 
+#include <initializer_list>
+
 #include "core/pack.hpp"
 
 namespace fem {

@@ -7,8 +7,6 @@
 
 #include <array>
 #include <cstdint>
-#include <ranges>
-#include <span>
 #include <vector>
 
 #include "core/box.hpp"
@@ -76,10 +74,22 @@ struct Mesh {
   std::size_t n_alive = 0, n_removed = 0;
 };
 
+/// The elements of a row of corners.
+struct ElementsOf {
+  const std::uint32_t *first, *last;
+  struct Iterator {
+    const std::uint32_t* at;
+    std::uint32_t operator*() const { return element_of(*at); }
+    Iterator& operator++() { return ++at, *this; }
+    bool operator!=(const Iterator& o) const { return at != o.at; }
+  };
+  Iterator begin() const { return {first}; }
+  Iterator end() const { return {last}; }
+};
+
 /// The elements at a node, dead ones included, ascending.
-inline auto elements_at(const Mesh& mesh, std::size_t nd) {
-  const std::uint32_t first = mesh.corner_start[nd];
-  return std::span(mesh.corners).subspan(first, mesh.corner_start[nd + 1] - first) | std::views::transform(element_of);
+inline ElementsOf elements_at(const Mesh& mesh, std::size_t nd) {
+  return {mesh.corners.data() + mesh.corner_start[nd], mesh.corners.data() + mesh.corner_start[nd + 1]};
 }
 
 /// Is an element alive at a node? A node with mass and none is free.

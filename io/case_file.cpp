@@ -370,7 +370,7 @@ void read_reference(const Node& root, Case& c) {
     const std::string owner = key.substr(0, key.find('.'));
     if (child.is_table() && !child.find("value") && key == owner)
       toml_reader::fail(child.where, path, fmt::format("has no value; a key with a dot goes in quotes: \"{}.{}\" = ...", key,
-                                                       child.children.empty() ? "hole_diameter" : child.children[0].first));
+                                                       child.children.empty() ? "hole_diameter" : child.children[0].key));
     if (owner != key && std::find(owners.begin(), owners.end(), owner) == owners.end())
       toml_reader::fail(child.where, path, fmt::format("there is no body '{}'{}{} measurements belong to: {}", owner,
                                                        toml_reader::did_you_mean(owner, owners),
@@ -399,7 +399,7 @@ void let_override_win(Node& root) {
   const Node* b = run->find("elements_across");
   if (!a || !b || a->from_override() == b->from_override()) return;
   const std::string loser = a->from_override() ? "elements_across" : "fidelity";
-  std::erase_if(run->children, [&](const auto& child) { return child.first == loser; });
+  std::erase_if(run->children, [&](const auto& child) { return child.key == loser; });
 }
 
 void override_mode(Node& root, const std::string& mode) {

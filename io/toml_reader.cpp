@@ -56,7 +56,7 @@ class Converter {
     std::stable_sort(children.begin(), children.end(), [](const Child& a, const Child& b) { return a.at < b.at; });
     for (const Child& c : children) {
       const int key_line = c.at.line > 0 ? static_cast<int>(c.at.line) : to.line;
-      to.children.emplace_back(std::string(c.key->str()), convert(*c.value, key_line));
+      to.children.push_back({std::string(c.key->str()), convert(*c.value, key_line)});
     }
   }
 
@@ -216,7 +216,7 @@ void Node::set(const std::string& key, Node value) {
   if (Node* old = find(key))
     *old = std::move(value);
   else
-    children.emplace_back(key, std::move(value));
+    children.push_back({key, std::move(value)});
 }
 
 Node parse_text(const std::string& text, const std::string& name) {

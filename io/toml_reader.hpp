@@ -24,7 +24,8 @@ struct Node {
   std::int64_t integer = 0;
   double real = 0;                                    ///< Kind::real and Kind::integer
   bool boolean = false;
-  std::vector<std::pair<std::string, Node>> children;
+  struct Child;
+  std::vector<Child> children;
   std::vector<Node> items;
   std::string where;                                  ///< "case.toml:12" or "--set run.end"
   int line = 0;                                       ///< 0: not from a file
@@ -36,6 +37,10 @@ struct Node {
   bool is_table() const { return kind == Kind::table; }
   bool is_number() const { return kind == Kind::integer || kind == Kind::real; }
   bool from_override() const { return where.starts_with("--"); }
+};
+struct Node::Child {
+  std::string key;
+  Node value;
 };
 
 /// The tree of a file, or of a text that calls itself `name`. Throws CaseError "name:line: ..." for what is no TOML.

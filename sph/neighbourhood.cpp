@@ -160,7 +160,8 @@ static std::vector<std::uint8_t> wanted_rows(const Neighbourhood& hood) {
 /// there are, come those of the foreigners, and those of the images go.
 static void turn_rows(Neighbourhood& hood) {
   const std::size_t n = hood.n_particles, n_real = n + hood.n_foreign;
-  auto& [start, list] = hood.pairs;
+  std::vector<std::uint64_t>& start = hood.pairs.start;
+  std::vector<std::uint32_t>& list = hood.pairs.list;
   if (hood.n_foreign == 0) return start.resize(n + 1);  // images have no rows then
   std::vector<std::uint64_t> row;
   std::vector<std::uint32_t> rows;

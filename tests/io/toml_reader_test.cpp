@@ -42,7 +42,7 @@ TEST(TomlReader, ValuesKnowTheirLine) {
 TEST(TomlReader, KeysKeepTheOrderOfTheFile) {
   const Node root = parse_text("z = 1\na = 2\nm = 3\n", "x");
   ASSERT_EQ(root.children.size(), 3u);
-  EXPECT_EQ(root.children[0].first + root.children[1].first + root.children[2].first, "zam");
+  EXPECT_EQ(root.children[0].key + root.children[1].key + root.children[2].key, "zam");
 }
 
 TEST(TomlReader, OverrideByPathNameAndIndex) {
