@@ -8,7 +8,7 @@ set -euo pipefail
 cd "$(dirname "$0")"
 
 compiler=(g++ cmake ninja-build pkg-config)
-libraries=(libeigen3-dev libhdf5-dev libtomlplusplus-dev libcli11-dev libfmt-dev libspdlog-dev nlohmann-json3-dev)
+libraries=(libeigen3-dev libhdf5-dev libtomlplusplus-dev libcli11-dev libfmt-dev nlohmann-json3-dev)
 pictures=(python3-numpy python3-h5py python3-matplotlib)
 tests=(libgtest-dev)
 python=/usr/bin/python3   # the interpreter that the Debian packages belong to; another may come first in PATH
