@@ -88,10 +88,13 @@ class Reader {
     return std::strtol(text_.c_str() + equals + 1, nullptr, 10);
   }
 
+  /// The card that ends a file; files are joined as they are.
+  bool ends_file() const { return std::atoi(text_.c_str()) == 2; }
+
   bool next_header(Header& h) {
     do {
       if (!next_line()) return false;
-    } while (text_.find_first_not_of(' ') == std::string::npos);
+    } while (text_.find_first_not_of(' ') == std::string::npos || ends_file());
     if (text_.find("MATID") != std::string::npos) {
       material_ = static_cast<int>(after("MATID"));
       h = {material_, 0, after("NWDS"), 16, true};
@@ -101,7 +104,6 @@ class Reader {
       std::istringstream s(text_);
       int file = -1;
       if (!(s >> file)) fail("not a record header: " + beginning());
-      if (file == 2) return next_header(h);  // end of a file; files are joined as they are
       bool read = static_cast<bool>(s >> h.material >> h.record >> h.words);
       if (!read || h.record > 9999) {  // fields of 2, 6, 6, 6 characters that touch
         read = text_.size() >= 20;
@@ -113,7 +115,9 @@ class Reader {
              "TYPE = ... NWDS = ...");
       h.width = 15, h.index = false;
     }
-    if (h.words <= 0) fail("the header counts " + std::to_string(h.words) + " words; at least 1 is needed");
+    constexpr long most_words = 1000000000;
+    if (h.words <= 0 || h.words > most_words)
+      fail("the header counts " + std::to_string(h.words) + " words; it must be from 1 to " + std::to_string(most_words));
     return true;
   }
 
@@ -139,8 +143,7 @@ class Reader {
   }
 
   std::vector<double> words(const Header& h) {
-    std::vector<double> all;
-    all.reserve(static_cast<std::size_t>(h.words));
+    std::vector<double> all;  // grows with what is there, not with what the header says
     int width = h.width;
     while (static_cast<long>(all.size()) < h.words) {
       if (!next_line())

@@ -144,12 +144,23 @@ TEST(SesameFile, ErrorsSayWhereAndWhatIsValid) {
   text = headed;
   text.replace(text.find("1.00000000E+00  2.70"), 14, "9.00000000E+00");
   EXPECT_NE(message(f.write(text), 900013).find("density number 2"), std::string::npos);
+  for (const char* count : {"999999999999999999999", "1000000001"}) {
+    text = headed;
+    text.replace(text.find("NWDS =       14") + 7, 8, count);
+    EXPECT_NE(message(f.write(text), 900013).find("from 1 to 1000000000"), std::string::npos) << count;
+  }
+  text = headed;
+  text.replace(text.find("NWDS =       14") + 7, 8, "999999999");  // takes no memory that the file does not fill
+  EXPECT_NE(message(f.write(text), 900013).find("word 15 of 999999999 is missing"), std::string::npos);
 }
 
 TEST(SesameFile, ReadsFilesThatWereJoined) {
   const Folder f;
   expect_small_table(eos::read_sesame(f.write(std::string(" 0  4270   201     5   r\n 2.90000000E+01 6.35460000E+01 8.93000000E+00 1.40000000E+02 "
                                                           "0.00000000E+0011111\n 2\n") + cards), 3717), 0);
+  std::string many;
+  for (int k = 0; k < 200000; ++k) many += " 2\n";
+  expect_small_table(eos::read_sesame(f.write(many + cards), 3717), 0);
   EXPECT_NE(message(f.write("\x1b[2J\xff no table"), 1).find("header: \"?[2J? no table\""), std::string::npos);
 }
 
