@@ -31,6 +31,25 @@ TEST(MieGrueneisen, PressureInExpansion) {
   EXPECT_NEAR(eos::state(aluminium_2024(), 0.9 * 2785, 1e6).p, -1836804144.1520643, 1.0);
 }
 
+TEST(MieGrueneisen, PressureBeyondTheGuardIsTheTangentOfTheHugoniot) {
+  // (gamma_0 + a mu) x = 1.8 where 1.52 x^2 - 3.8 x + 1.8 = 0: x_g = 0.63495, before 0.9 of the pole at 1/1.338. There half of the
+  // Grueneisen term takes 0.9 of p_H = rho_0 c_0^2 x/(1 - s x)^2, and from there p rises by rho_0 c_0^2 (1 + s x_g)/(1 - s x_g)^3.
+  const double x_g = (3.8 - std::sqrt(3.8 * 3.8 - 4 * 1.52 * 1.8)) / (2 * 1.52), D = 1 - 1.338 * x_g, K = 2785 * 5328.0 * 5328.0;
+  const double e = 3e7, at_guard = 0.1 * K * x_g / (D * D) + 1.8 / x_g * 2785 * e, slope = K * (1 + 1.338 * x_g) / (D * D * D);
+  for (const double x : {0.65, 0.8}) {
+    const double p = at_guard + slope * (x - x_g);
+    EXPECT_NEAR(eos::state(aluminium_2024(), 2785 / (1 - x), e).p, p, 1e-9 * p);
+  }
+}
+
+TEST(MieGrueneisen, TemperatureInExpansion) {
+  // T_0 exp(integral of gamma/eta from 1 to 1 - u) + (e - c_0^2 u^2/2)/cv, integrated outside by Simpson's rule. u is the expansion where
+  // heat has driven it (0.05), what heat alone drives, 2 e/c_0^2 = 0.0705, where it is more, or 0.02136 of 3e5 J/kg
+  EXPECT_NEAR(eos::state(aluminium_2024(), 0.95 * 2785, 1e6).temperature, 1367.150081610671, 1e-6);
+  EXPECT_NEAR(eos::state(aluminium_2024(), 0.9 * 2785, 1e6).temperature, 1315.4568375273652, 1e-6);
+  EXPECT_NEAR(eos::state(aluminium_2024(), 0.5 * 2785, 3e5).temperature, 617.2194587348993, 1e-6);
+}
+
 TEST(MieGrueneisen, SmallTensionIsLinear) {
   const double mu = -1e-4, p = eos::state(aluminium_2024(), 2785 * (1 + mu), 0.0).p;
   EXPECT_NEAR(p, 2785 * 5328.0 * 5328.0 * mu, 2e-4 * std::abs(p));  // the next term is of order mu

@@ -12,6 +12,16 @@ TEST(Tillotson, ExpandedCold) { EXPECT_NEAR(eos::state(aluminium_tillotson(), 26
 TEST(Tillotson, ExpandedHot) { EXPECT_NEAR(eos::state(aluminium_tillotson(), 1500.0, 2e7).p, 15117831954.27483, 1.0); }
 TEST(Tillotson, Intermediate) { EXPECT_NEAR(eos::state(aluminium_tillotson(), 2250.0, 8e6).p, 9603336800.960981, 1.0); }
 
+// Between 0.8 and 0.5 of rho_0 the condensed branch is times t^2 (3 - 2t), t = (eta - 0.5)/0.3, evaluated outside: t = 0.5 and 0.8.
+TEST(Tillotson, ExpandedColdFading) {
+  EXPECT_NEAR(eos::state(aluminium_tillotson(), 0.65 * 2700, 1e6).p, -7769217168.6747, 1.0);
+  EXPECT_NEAR(eos::state(aluminium_tillotson(), 0.74 * 2700, 2e6).p, -8418801582.304771, 1.0);
+}
+
+TEST(Tillotson, NegativeEnergyCountsWithAllOfB) {  // (0.5 + 1.63) 2800 (-1e5) + A mu + B mu^2, mu = 1/27
+  EXPECT_NEAR(eos::state(aluminium_tillotson(), 2800.0, -1e5).p, 2277948422.496566, 1.0);
+}
+
 TEST(Tillotson, ContinuousAcrossEveryBorder) {
   const auto m = aluminium_tillotson();
   const auto jump = [&](double rho, double e, double drho, double de) {
