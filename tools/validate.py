@@ -229,10 +229,9 @@ def cost(run):
 
 
 def remark(run):
-    s = run.summary()
     if run.state() == "ended":
-        log = run.dir / "log.txt"
-        return "resumed: cpu s of the last part only" if log.exists() and "resumed at" in log.read_text() else ""
+        return ""
+    s = run.summary()
     return f"{'stopped' if run.state() == 'stopped' else 'not finished'} at {1e6 * s['time']:.3g} us of {run.shot['end']}"
 
 
