@@ -68,8 +68,14 @@ class Run:
         return os.path.join(self.folder, name)
 
     def size_of_shot(self):
+        """Smallest measure of the projectile [m]; one from a file is measured as it was built."""
         b = self.bodies[self.shot]
-        return min(v for v in (b.get("diameter"), b.get("length"), *b.get("size", []), b.get("thickness")) if v)
+        given = [v for v in (b.get("diameter"), b.get("length"), *b.get("size", []), b.get("thickness")) if v]
+        if given:
+            return min(given)
+        built = Instant(self, 0)
+        its = built.body == self.shot
+        return float(((np.ptp(built.x[its], axis=0) + built.size[its].max()) * [2 if m else 1 for m in self.mirrored]).min())
 
     def plates(self):
         """Bodies at rest with a thickness along the horizontal axis, in the order in which they are met."""

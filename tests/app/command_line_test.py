@@ -3,10 +3,11 @@
 """The built program from outside: exit codes, what it says, what it leaves on the disk.
 
     command_line_test.py PROGRAM [TEST ...]      TEST as for unittest: a class or class.method
-Only the standard library; h5py compares states where it is installed.
+Only the standard library; h5py compares states and Matplotlib draws where they are installed.
 """
 import csv
 import glob
+import importlib.util
 import json
 import os
 import re
@@ -568,6 +569,21 @@ material = "Al2024-T351"
         near = 0.25e-3  # a quarter of the sphere
         self.assertLess(front + 1.5e-3, near)
         self.assertGreater(front + 1.5e-3, near - 1.5 * 6000 * 2 * longest)  # within a step's way
+
+    def test_picture_of_a_projectile_from_a_file(self):
+        if h5py is None or importlib.util.find_spec("matplotlib") is None:
+            self.skipTest("needs h5py and Matplotlib")
+        corners = [(x, y, z) for z in (0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))]  # one hex of 1 mm, 0.02 mm above the plate
+        self.write("cube.k", "*NODE\n" + "".join(f"{k + 1}, {1e-3 * x}, {1e-3 * y}, {1e-3 * z + 2e-5}\n" for k, (x, y, z) in enumerate(corners)) +
+                   "*ELEMENT_SOLID\n1, 1, 1, 2, 3, 4, 5, 6, 7, 8\n*END\n")
+        sphere = CASE[CASE.index('shape = "sphere"'):CASE.index("velocity")]
+        self.write("case.toml", CASE.replace(sphere, 'shape = "mesh"\nfile = "cube.k"\n', 1))
+        r = self.ejecta("run", "case.toml", "--out", self.out, "--set", 'run.end="0.01 us"', "--set", 'output.every="0.01 us"')
+        self.assertEqual(r.returncode, 0, r.stderr)
+        tool = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../tools/picture.py")
+        r = subprocess.run([sys.executable, tool, self.out], capture_output=True, text=True, timeout=100)
+        self.assertEqual(r.returncode, 0, r.stderr)
+        self.assertGreater(os.path.getsize(os.path.join(self.out, "cloud.png")), 10000)
 
     def test_materials_and_hugoniot(self):
         r = self.ejecta("materials")
