@@ -3,6 +3,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -53,17 +54,25 @@ void put_in_place(const std::string& temporary, const std::string& path) {
   sync_folder(path);
 }
 
+void require_place(const std::string& option, const std::string& path) {
+  std::error_code ignored;
+  const auto folder = std::filesystem::absolute(path).parent_path();
+  if (!std::filesystem::is_directory(folder, ignored)) throw core::CaseError(fmt::format("{} {}: there is no folder {}", option, path, folder.string()));
+  if (std::filesystem::is_directory(path, ignored)) throw core::CaseError(fmt::format("{} {}: is a folder; name a file", option, path));
+}
+
 void write_atomically(const std::string& path, const std::string& text) {
-  const std::string temporary = path + ".tmp";
+  struct stat status{};
+  const bool replaced = ::lstat(path.c_str(), &status) != 0 || S_ISREG(status.st_mode) || S_ISDIR(status.st_mode);
+  const std::string temporary = replaced ? path + ".tmp" : path;
   const int descriptor = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
   if (descriptor < 0) stop(path, errno, text.size());
   int error = write_all(descriptor, text);
   if (::close(descriptor) != 0 && error == 0) error = errno;
-  if (error == 0 && std::rename(temporary.c_str(), path.c_str()) != 0) error = errno;
-  if (error != 0) {
-    std::remove(temporary.c_str());
-    stop(path, error, text.size());
-  }
+  if (error == 0 && replaced && std::rename(temporary.c_str(), path.c_str()) != 0) error = errno;
+  if (error == 0) return;
+  if (replaced) std::remove(temporary.c_str());
+  stop(path, error, text.size());
 }
 
 }  // namespace io
