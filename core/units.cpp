@@ -166,10 +166,13 @@ class UnitParser {
     skip_spaces();
     Unit result;
     if (at_ < text_.size() && text_[at_] == '(') {
+      constexpr int deepest = 3;  // no unit has more; powers of powers stay small numbers
+      if (++depth_ > deepest) stop("too many brackets in each other");
       ++at_;
       result = product();
       if (at_ == text_.size()) stop("')' is missing");
       ++at_;
+      --depth_;
     } else if (at_ < text_.size() && text_[at_] == '1') {
       ++at_;
       skip_spaces();
@@ -222,6 +225,7 @@ class UnitParser {
   std::string_view text_;
   Dimension expected_;
   std::size_t at_ = 0;
+  int depth_ = 0;  ///< of brackets
 };
 
 /// Length of the decimal number that `text` begins with; 0 where there is none.

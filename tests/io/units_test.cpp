@@ -129,6 +129,8 @@ TEST(Units, UnreadableTextIsRefused) {
   expect_parts(error_of("4 m)", Dimension::length), {"unexpected ')'"});
   expect_parts(error_of("4 m^", Dimension::length), {"whole number"});
   expect_parts(error_of("4 mm 5", Dimension::length), {"unexpected '5'"});
+  expect_parts(error_of("4 (((((((((((m9)9)9)9)9)9)9)9)9)9)9)9", Dimension::length), {"too many brackets"});
+  expect_parts(error_of("4 " + std::string(1000000, '('), Dimension::length), {"too many brackets"});
 }
 
 TEST(Units, ExactDecimalReadsBackToTheSameBits) {
