@@ -26,7 +26,7 @@ struct DimensionRow {
   Powers powers;
 };
 
-constexpr std::array<DimensionRow, 19> dimensions{{
+constexpr std::array<DimensionRow, 20> dimensions{{
     {Dimension::none, "pure number", "a", "", "0.5", {0, 0, 0, 0, 0}},
     {Dimension::length, "length", "a", "m", "4 mm", {1, 0, 0, 0, 0}},
     {Dimension::time, "time", "a", "s", "20 us", {0, 0, 1, 0, 0}},
@@ -44,6 +44,7 @@ constexpr std::array<DimensionRow, 19> dimensions{{
     {Dimension::inverse_pressure, "reciprocal of a pressure", "the", "1/Pa", "65 1/TPa", {1, -1, 2, 0, 0}},
     {Dimension::inverse_temperature, "reciprocal of a temperature", "the", "1/K", "6.2e-4 1/K", {0, 0, 0, -1, 0}},
     {Dimension::momentum, "momentum", "a", "N s", "0.5 N s", {1, 1, -1, 0, 0}},
+    {Dimension::energy, "energy", "an", "J", "2.5 kJ", {2, 1, -2, 0, 0}},
     {Dimension::surface_energy, "energy of a surface", "the", "J/m2", "8 kJ/m2", {0, 1, -2, 0, 0}},
     {Dimension::any, "quantity", "a", "", "4 mm", {0, 0, 0, 0, 0}},
 }};

@@ -12,7 +12,7 @@ namespace core {
 
 enum class Dimension {
   none, length, time, velocity, acceleration, mass, density, pressure, specific_energy, specific_heat, temperature,
-  angle, rate, angular_velocity, inverse_pressure, inverse_temperature, momentum, surface_energy, any
+  angle, rate, angular_velocity, inverse_pressure, inverse_temperature, momentum, energy, surface_energy, any
 };
 
 /// "pressure"; "1.2 GPa"; "Pa" ("" for none and any).

@@ -339,11 +339,12 @@ Dimension dimension_of(const std::string& key) {
     const char* part;
     Dimension dimension;
   };
-  static constexpr std::array<Ending, 15> endings{{{"angle", Dimension::angle}, {"velocity", Dimension::velocity},
+  static constexpr std::array<Ending, 17> endings{{{"angle", Dimension::angle}, {"velocity", Dimension::velocity},
       {"pressure", Dimension::pressure}, {"fraction", Dimension::none}, {"impulse", Dimension::momentum},
       {"momentum", Dimension::momentum}, {"mass", Dimension::mass}, {"count", Dimension::none},
       {"diameter", Dimension::length}, {"depth", Dimension::length}, {"length", Dimension::length},
       {"width", Dimension::length}, {"bulge", Dimension::length}, {"height", Dimension::length},
+      {"displacement", Dimension::length}, {"energy", Dimension::energy},
       {"perforated", Dimension::none}}};
   const std::string last = key.substr(key.rfind('.') == std::string::npos ? 0 : key.rfind('.') + 1);
   for (const Ending& e : endings)

@@ -408,6 +408,8 @@ TEST_F(CaseFile, BodiesThatDoNotFit) {
 TEST_F(CaseFile, ReferencesThatDoNotFit) {
   expect_parts(error("\"7.8 mm\"", "\"7.8 deg\""), {"case.toml:31: reference.\"bumper.hole_diameter\".value: '7.8 deg' is an angle, but a length"});
   expect_parts(error("\"bumper.hole", "\"bumpr.hole"), {"case.toml:31", "no body 'bumpr'; did you mean 'bumper'"});
+  expect_parts(error("", "\"bumper.rim_displacement\" = \"3 kg\"\n"), {"case.toml:32", "'3 kg' is a mass, but a length"});
+  expect_parts(error("", "\"cloud.kinetic_energy\" = \"3 mm\"\n"), {"case.toml:32", "'3 mm' is a length, but an energy"});
   expect_parts(error("\"bumper.hole_diameter\" =", "bumper.hole_diameter ="), {"case.toml:31", "in quotes: \"bumper.hole_diameter\""});
 }
 

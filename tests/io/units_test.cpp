@@ -70,6 +70,7 @@ TEST(Units, DecimalPrefixesAreExact) {
   EXPECT_EQ(parse_quantity("0.0154 1/GPa", Dimension::inverse_pressure), 0.0154e-9);
   EXPECT_EQ(parse_quantity("6.2e-4 1/K", Dimension::inverse_temperature), 6.2e-4);
   EXPECT_EQ(parse_quantity("0.5 N s", Dimension::momentum), 0.5);
+  EXPECT_EQ(parse_quantity("2.5 kJ", Dimension::energy), 2500.0);
 }
 
 TEST(Units, OtherUnitsHaveTheirFactor) {
@@ -99,6 +100,7 @@ TEST(Units, EveryDimensionReadsItsOwnExample) {
     }
   }
   EXPECT_STREQ(core::dimension_name(Dimension::momentum), "momentum");  // the table is in the order of the enum
+  EXPECT_STREQ(core::dimension_name(Dimension::energy), "energy");
 }
 
 TEST(Units, WrongDimensionSaysWhatWasGivenAndWhatIsNeeded) {
