@@ -413,8 +413,9 @@ Materials::Materials(const Node* own, const std::string& folder) {
     stamp_sources(table);
     Node* eos = table.find("eos");
     Node* file = eos ? eos->find("file") : nullptr;
-    if (file && file->kind == Node::Kind::text)
-      file->text = std::filesystem::absolute(std::filesystem::path(folder) / file->text).lexically_normal().string();
+    if (!file || file->kind != Node::Kind::text) continue;
+    file->text = std::filesystem::absolute(std::filesystem::path(folder) / file->text).lexically_normal().string();
+    toml_reader::check_utf8(file->text, file->where, "materials." + toml_reader::as_key(name) + ".eos.file");
   }
 }
 

@@ -236,6 +236,16 @@ TEST(MaterialFile, TableIsFoundBesideTheCaseAndWrittenWithItsFullPath) {
   EXPECT_EQ(eos::state(back, 3000.0, 1e6).p, eos::state(s, 3000.0, 1e6).p);
 }
 
+TEST(MaterialFile, TableInAFolderThatACaseCannotNameIsRefused) {  // case.toml would hold its path and not be read again
+  const Node root = io::toml_reader::parse_text("[materials.x]\neos = { model = \"sesame\", file = \"al.ses\" }\n", "case.toml");
+  try {
+    io::Materials(root.find("materials"), "/tmp/\xff");
+    FAIL();
+  } catch (const core::CaseError& e) {
+    expect_parts(e.what(), {"case.toml:2: materials.x.eos.file", "UTF-8"});
+  }
+}
+
 TEST(MaterialFile, TableThatIsNotThereIsNamed) {
   expect_parts(error_of("[materials.x]\nrho_0 = 2700\neos = { model = \"sesame\", file = \"no.ses\", number = 7 }\n"),
                {"case.toml:3", "materials.x.eos.file", "there is no file", "no.ses"});
