@@ -26,6 +26,7 @@
 #include "core/error.hpp"
 #include "core/isa.hpp"
 #include "core/parallel.hpp"
+#include "io/atomic_file.hpp"
 #include "io/case_file.hpp"
 #include "io/snapshot.hpp"
 #include "io/toml_reader.hpp"
@@ -105,20 +106,20 @@ static std::string history_row(const Simulation& s) {
 /// Two times of a history are one row's: its text keeps fewer digits than the clock.
 constexpr double same_time = 1e-9;
 
-/// Drops rows later than `time` from a history that a resumed run continues. Returns the time of its last row [s], -1
-/// if none is left.
+/// Drops rows later than `time`, and one that was not written to its end, from a history that a resumed run continues. Returns the
+/// time of its last row [s], -1 if none is left. Throws GuardError where there is no room; the history is as it was then.
 static double trim_history(const std::string& path, double time) {
   std::ifstream in(path);
   std::string kept, line;
   double last = -1;
-  for (bool head = true; std::getline(in, line); head = false) {
+  for (bool head = true; std::getline(in, line) && !in.eof(); head = false) {
     const double row = head ? -1 : std::strtod(line.c_str(), nullptr);
     if (row > time * (1 + same_time)) continue;
     kept += line + "\n";
     last = row;
   }
   in.close();
-  std::ofstream(path, std::ios::trunc) << kept;
+  io::write_atomically(path, kept);
   return last;
 }
 
@@ -344,7 +345,7 @@ int run(const io::Case& spec, const std::string& dir, bool force) {
   require_writable(dir);
   for (const char* name : {"summary.json", "checkpoint.h5", "fragments.csv", "measurements.csv"}) fs::remove(fs::path(dir) / name, error);
   Output out = open_output(*s, dir, false);
-  std::ofstream(dir + "/case.toml") << io::write_case(s->spec);
+  io::write_atomically(dir + "/case.toml", io::write_case(s->spec));
   out.history.line(history_head);
   out.log.line(fmt::format("{}\nmode {}, {} elements in {} bodies, symmetry 1/{}, {} threads, kernels for {}", spec.title,
                            io::to_string(spec.mode), s->n_elements_initial, spec.bodies.size(), s->spec.symmetry.copies(),
@@ -403,17 +404,15 @@ void measure_series(const std::string& dir) {
   if (!fs::exists(dir + "/run.h5")) throw core::CaseError(fmt::format("{}: holds no run.h5 to measure", dir));
   const auto s = set_up(io::read_case(dir + "/case.toml"));
   const std::size_t n = read_stored(dir, [&] { return io::snapshot_times(dir).size(); });
-  std::ofstream out(dir + "/measurements.csv");
-  out << "time_s,key,value,unit\n";
+  std::string text = "time_s,key,value,unit\n";
   for (int k = 0; k < static_cast<int>(n); ++k) {
     auto snapshot = read_stored(dir, [&] { return io::read_snapshot(dir, k); });
     measure::Scene scene = s->scene;
     const auto frozen = recall(snapshot, scene);
     for (const auto& v : measure_snapshot(std::move(snapshot), scene, frozen).values)
-      out << fmt::format("{:.9e},{},{:.9e},{}\n", scene.time, v.key, v.value, v.unit);
+      text += fmt::format("{:.9e},{},{:.9e},{}\n", scene.time, v.key, v.value, v.unit);
   }
-  out.close();
-  if (!out) throw core::GuardError(fmt::format("{}/measurements.csv: cannot be written; free some space and try again", dir));
+  io::write_atomically(dir + "/measurements.csv", text);
 }
 
 std::string measure_again(const std::string& dir) {

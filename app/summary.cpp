@@ -5,13 +5,13 @@
 #include <sys/resource.h>
 
 #include <cmath>
-#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "core/error.hpp"
 #include "core/isa.hpp"
 #include "core/parallel.hpp"
+#include "io/atomic_file.hpp"
 #include "io/case_file.hpp"
 
 namespace app {
@@ -55,27 +55,6 @@ static Json measurements(const io::Case& spec, const measure::Result& result) {
     }
   }
   return m;
-}
-
-static void write_file(const std::string& path, const std::string& text) {
-  const std::string temporary = path + ".tmp";
-  {
-    std::ofstream f(temporary);
-    f << text;
-    f.close();
-    if (!f) {
-      std::error_code ignored;
-      std::filesystem::remove(temporary, ignored);
-      throw core::GuardError(fmt::format("{}: cannot write {} bytes: no space left on the device, or the folder is not "
-                                         "writable; free some space and resume", path, text.size()));
-    }
-  }
-  std::error_code error;
-  std::filesystem::rename(temporary, path, error);
-  if (!error) return;
-  const std::string why = error.message();
-  std::filesystem::remove(temporary, error);
-  throw core::GuardError(fmt::format("{}: cannot be put in place: {}", path, why));
 }
 
 static Json conservation(const Simulation& s) {
@@ -147,7 +126,7 @@ void write_summary(const std::string& dir, const Simulation& s, const measure::R
       {"contact", {{"leaks", s.contact.leaks}}},
       {"conservation", conservation(s)},
       {"measurements", measurements(s.spec, result)}};
-  write_file(dir + "/summary.json", j.dump(2) + "\n");
+  io::write_atomically(dir + "/summary.json", j.dump(2) + "\n");
 }
 
 bool summary_is_complete(const std::string& dir) {
@@ -162,7 +141,7 @@ void rewrite_measurements(const std::string& dir, const io::Case& spec, const me
   Json j = Json::parse(f, nullptr, false);
   if (!j.is_object()) throw core::CaseError(fmt::format("{}: is not there, or no summary of a run; finish the run with: ejecta resume {}", path, dir));
   j["measurements"] = measurements(spec, result);
-  write_file(path, j.dump(2) + "\n");
+  io::write_atomically(path, j.dump(2) + "\n");
 }
 
 void write_fragments(const std::string& dir, const measure::Result& result) {
@@ -171,7 +150,7 @@ void write_fragments(const std::string& dir, const measure::Result& result) {
     text += fmt::format("{:.9e},{:.6e},{:.6e},{:.6e},{:.6e},{:.9e},{:.9e},{:.9e},{:.1f},{:.6f},{},{},{:.4f},{},{:.4f}\n", f.mass, f.size,
                         f.x[0], f.x[1], f.x[2], f.v[0], f.v[1], f.v[2], f.temperature, f.projectile_fraction, f.n_points,
                         f.lone ? 1 : 0, f.failed_fraction, f.links_cut, f.cut_by_reach);
-  write_file(dir + "/fragments.csv", text);
+  io::write_atomically(dir + "/fragments.csv", text);
 }
 
 std::string readable(double value, const std::string& unit) {

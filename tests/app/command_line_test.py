@@ -754,13 +754,24 @@ class FullDisk(Folder):
             f.write("\n".join(longer) + "\n")
         with open(os.path.join(self.out, "checkpoint.h5"), "rb") as f:
             before = f.read()
+        history = os.path.join(self.out, "history.csv")
+        with open(history) as f:
+            rows = f.read()
         for size in (100, 5000, 60000, len(before) - 1):
             r = self.ejecta("resume", self.out, preexec_fn=self.limited(size))
             self.check_stopped(r, self.out)
             with open(os.path.join(self.out, "checkpoint.h5"), "rb") as f:
                 self.assertEqual(f.read(), before, f"the checkpoint was harmed under a limit of {size} bytes")
+            with open(history) as f:
+                self.assertEqual(f.read()[:len(rows)], rows, f"the history was harmed under a limit of {size} bytes")
+        with open(history, "a") as f:
+            f.write(rows.splitlines()[-1][:20])  # a row for which there was no room
         r = self.ejecta("resume", self.out)
         self.assertEqual(r.returncode, 0, r.stdout + r.stderr)
+        with open(history) as f:
+            after = f.read()
+        self.assertEqual(after[:len(rows)], rows)
+        self.assertEqual({line.count(",") for line in after.splitlines()}, {rows.splitlines()[0].count(",")})
 
     def test_printing(self):
         for command in (["materials"], ["materials", "Be"], ["hugoniot", "Be"], ["check", "case.toml", "--no-cost"]):
