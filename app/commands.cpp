@@ -61,7 +61,7 @@ static int check_case(const Arguments& a, bool with_cost) {
   const auto s = set_up(spec);
   fmt::print("{}\n# bodies\n", io::write_case(s->spec));
   for (const auto& b : cost.bodies)
-    fmt::print("#   {:<16} about {:>9} elements, finest edge {:.4g} mm\n", b.name, b.elements, b.element_size * 1e3);
+    fmt::print("#   {:<16} about {:>9.0f} elements, finest edge {:.4g} mm\n", b.name, b.elements, b.element_size * 1e3);
   fmt::print("# active: {}{}{}{}\n", symmetry.copies() > 1 ? fmt::format("symmetry (1/{} of the scene), ", symmetry.copies()) : "",
              s->sleep_threshold >= 0 ? "sleeping, " : "", s->spec.contact ? "contact once bodies can meet, " : "",
              spec.mode == io::Mode::hybrid    ? "particles, their neighbour search and the bond once an element converts"

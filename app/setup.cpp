@@ -233,12 +233,11 @@ Estimate estimate(const io::Case& given) {
   spec.symmetry = find_symmetry(spec);
   Estimate r;
   for (const auto& b : place_bodies(spec)) {
-    const double count = b.count;
-    r.bodies.push_back({b.spec->name, static_cast<std::size_t>(count), b.element_size});
-    r.elements += static_cast<std::size_t>(count);
+    r.bodies.push_back({b.spec->name, b.count, b.element_size});
+    r.elements += b.count;
   }
-  r.bytes = static_cast<double>(r.elements) * bytes_per_element;
-  if (spec.mode == io::Mode::sph) r.bytes += static_cast<double>(r.elements) * std::pow(spec.particles_per_edge, 3) * bytes_per_particle;
+  r.bytes = r.elements * bytes_per_element;
+  if (spec.mode == io::Mode::sph) r.bytes += r.elements * std::pow(spec.particles_per_edge, 3) * bytes_per_particle;
   r.available = available_memory();
   return r;
 }
@@ -254,7 +253,7 @@ std::unique_ptr<Simulation> set_up(const io::Case& given) {
   const Estimate cost = estimate(spec);
   if (cost.bytes > cost.available)
     throw core::CaseError(fmt::format(
-        "{}: {} gives {} elements, which need about {:.1f} GiB; this machine has {:.1f} GiB free. A coarser fidelity (draft, "
+        "{}: {} gives {:.0f} elements, which need about {:.1f} GiB; this machine has {:.1f} GiB free. A coarser fidelity (draft, "
         "standard, fine, reference), fewer elements_across or a smaller fine_radius would fit",
         spec.file,
         spec.fidelity == "custom" ? fmt::format("run.elements_across = {}", spec.elements_across)

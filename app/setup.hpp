@@ -21,11 +21,11 @@ core::Symmetry find_symmetry(const io::Case& spec);
 struct Estimate {
   struct Body {
     std::string name;
-    std::size_t elements = 0;
+    double elements = 0;      ///< more of them may be asked for than can be counted
     double element_size = 0;  ///< smallest edge [m]
   };
   std::vector<Body> bodies;
-  std::size_t elements = 0;
+  double elements = 0;
   double bytes = 0;           ///< memory at the start, and as much again for what may be converted
   double available = 0;       ///< free memory of this machine [bytes]
 };

@@ -203,6 +203,11 @@ class Messages(Folder):
         for override in ("body.projectile.element_size=1e-11", 'body.bumper.size=["1e6 m", "1e6 m"]'):
             self.refused("run", "case.toml", "--out", self.out, "--set", override, says=["elements in a line"])
 
+    def test_more_than_can_be_counted(self):
+        """8e6 elements along each axis of a sphere are 3e20, more than 64 bits count."""
+        text = '[run]\nend = "1 us"\n[[body]]\nname = "p"\nshape = "sphere"\ndiameter = "1 mm"\nmaterial = "Be"\nelement_size = 1.2e-10\n'
+        self.refused("check", "case.toml", text=text, says=["GiB free"])
+
     def test_more_than_the_machine_has(self):
         text = CASE.replace("elements_across = 6", "elements_across = 3000")
         said = self.refused("run", "case.toml", "--out", self.out, text=text, says=["elements_across", "3000"])
