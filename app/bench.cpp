@@ -19,6 +19,7 @@
 #include "core/octree.hpp"
 #include "core/parallel.hpp"
 #include "fem/elements.hpp"
+#include "io/atomic_file.hpp"
 #include "io/material_file.hpp"
 
 namespace app {
@@ -278,9 +279,10 @@ static void bench_sph(const BenchRequest& q, const material::Material& material,
               {"particle_steps_per_second", to_json(r.particle_steps_per_second)}};
 }
 
-static void bench_octree(const BenchRequest& q, nlohmann::json& j) {
+/// given: the points asked for; none for the lattice.
+static void bench_octree(const BenchRequest& q, const Cloud& given, nlohmann::json& j) {
   const int edge = q.size <= 0 ? 100 : q.kernel == "all" ? q.size : std::max(2, static_cast<int>(std::lround(std::cbrt(q.size))));
-  const Cloud cloud = q.points.empty() ? jittered_lattice(edge) : read_cloud(q.points);
+  const Cloud cloud = given.x.empty() ? jittered_lattice(edge) : given;
   const OctreeTime r = time_octree(cloud);
   const double each = static_cast<double>(r.neighbours) / static_cast<double>(r.points);
   print_row(fmt::format("octree: {} points, {:.1f} neighbours each", r.points, each), r.both_ms, 1, "ms");
@@ -296,11 +298,8 @@ void bench(const BenchRequest& q) {
   const bool all = q.kernel == "all";
   if (!q.points.empty() && !all && q.kernel != "octree")
     throw core::CaseError(fmt::format("--points {}: only octree takes points; \"{}\" does not", q.points, q.kernel));
-  std::ofstream file;
-  if (!q.json.empty()) {
-    file.open(q.json);
-    if (!file) throw core::CaseError(fmt::format("--json {}: cannot be written; does the folder exist?", q.json));
-  }
+  if (!q.json.empty()) io::require_place("--json", q.json);
+  const Cloud cloud = q.points.empty() ? Cloud{} : read_cloud(q.points);
   const auto material = bench_material();
   nlohmann::json j;
   j["version"] = EJECTA_VERSION;
@@ -311,10 +310,8 @@ void bench(const BenchRequest& q) {
   fmt::print("{:<46} {:>10} {:>10} {:>10} {:>5}\n", "kernel", "median", "lower 1/4", "upper 1/4", "reps");
   if (all || q.kernel == "hex") bench_hex(q, material, j);
   if (all || q.kernel == "sph") bench_sph(q, material, j);
-  if (all || q.kernel == "octree") bench_octree(q, j);
-  if (q.json.empty()) return;
-  file << j.dump(2) << std::endl;
-  if (!file) throw core::GuardError(fmt::format("{}: cannot be written: no space left on the device?", q.json));
+  if (all || q.kernel == "octree") bench_octree(q, cloud, j);
+  if (!q.json.empty()) io::write_atomically(q.json, j.dump(2) + "\n");
 }
 
 }  // namespace app

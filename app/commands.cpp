@@ -120,12 +120,11 @@ static int print_hugoniot(const std::string& name, const std::string& file) {
 /// Writes the wide-range table of a metal and prints what a case says to use it.
 static int make_table(const std::string& name, const std::string& out, int number) {
   const eos::Metal& metal = eos::find_metal(name);
+  const std::string file = out.empty() ? name + ".ses" : out;
+  io::require_place("--out", file);
   const eos::WideRange model(metal);
   eos::SesameMaterial table = model.table();
   if (number > 0) table.number = number;
-  const std::string file = out.empty() ? name + ".ses" : out;
-  const auto folder = std::filesystem::absolute(file).parent_path();
-  if (!std::filesystem::is_directory(folder)) throw core::CaseError(fmt::format("--out {}: there is no folder {}", file, folder.string()));
   io::write_atomically(file, eos::sesame_text(table));
   const auto& e = model.phase_energies();
   const auto& g = table.grids.at(301);
@@ -192,6 +191,7 @@ int command_line(int argc, char** argv) {
   c_measure->callback([&] {
     fmt::print("{}", measure_again(a.target));
     if (series) measure_series(a.target);
+    code = printed();
   });
   auto* c_compare = cli.add_subcommand("compare", "runs side by side: what differs in the cases, cost, measurements, energies");
   c_compare->add_option("DIR", folders, "output folders of two or more runs")->required();
@@ -225,6 +225,7 @@ int command_line(int argc, char** argv) {
   c_bench->callback([&] {
     use_threads(a.threads);
     bench(timing);
+    code = printed();
   });
   try {
     std::vector<std::string> names;

@@ -301,6 +301,15 @@ class Messages(Folder):
         self.refused("compare", "nowhere", "elsewhere", says=["nowhere/summary.json"])
         self.refused("compare", "nowhere", says=["two or more"])
 
+    def test_files_that_results_cannot_go_to(self):
+        kept = self.write("rates.json", "precious")
+        self.refused("bench", "octree", "--points", "nowhere", "--json", "rates.json", says=["nowhere"])
+        with open(kept) as f:
+            self.assertEqual(f.read(), "precious")
+        for command, option in ((("bench", "hex"), "--json"), (("eos", "table", "Al"), "--out")):
+            self.refused(*command, option, "no/file", says=[option, "no folder"])
+            self.refused(*command, option, self.dir, says=[option, "is a folder"])
+
 
 class Output(Folder):
     """What a run leaves, and the commands that only print."""
@@ -779,7 +788,9 @@ class FullDisk(Folder):
         self.assertEqual({line.count(",") for line in after.splitlines()}, {rows.splitlines()[0].count(",")})
 
     def test_printing(self):
-        for command in (["materials"], ["materials", "Be"], ["hugoniot", "Be"], ["check", "case.toml", "--no-cost"]):
+        self.assertEqual(self.ejecta("run", "case.toml", "--out", self.out, "--set", 'run.end="0.02 us"').returncode, 0)
+        for command in (["materials"], ["materials", "Be"], ["hugoniot", "Be"], ["check", "case.toml", "--no-cost"], ["measure", self.out],
+                        ["bench", "octree", "--size", "1000"]):
             with open("/dev/full", "w") as full:
                 r = subprocess.run([PROGRAM, *command], cwd=self.dir, stdout=full, stderr=subprocess.PIPE, text=True, timeout=100)
             self.assertEqual(r.returncode, 3, command)
