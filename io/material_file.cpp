@@ -166,6 +166,8 @@ void check_model(const material::JohnsonCook& s, const Table& t) {
   if (s.T_melt <= s.T_room) t.fail("T_melt", fmt::format("must be above T_room ({:g} K)", s.T_room));
 }
 void check_model(const material::JohnsonCookDamage& s, const Table& t) {
+  if (s.D5 != 0 && s.T_melt == material::JohnsonCookDamage{}.T_melt)
+    t.fail("T_melt", fmt::format("is missing; D5 = {:g} needs it (only the Johnson-Cook strength lends its own)", s.D5));
   if (s.T_melt <= s.T_room) t.fail("T_melt", fmt::format("must be above T_room ({:g} K)", s.T_room));
 }
 void check_model(const material::SteinbergGuinan& s, const Table& t) {

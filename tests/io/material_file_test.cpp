@@ -159,6 +159,15 @@ TEST(MaterialFile, BaseMayBeOfTheSameNameOrOfTheCase) {
   expect_parts(error_of("[materials.x]\nbase = \"y\"\n[materials.y]\nbase = \"x\"\n"), {"case.toml:4", "comes back to itself"});
 }
 
+/// Without it D5 would be lost: T* counts from T_room to T_melt.
+TEST(MaterialFile, DamageThatHeatMovesNeedsAMeltingPoint) {
+  const std::string solid = fluid + "strength = { model = \"perfectly_plastic\", G = \"28 GPa\", Y = \"0.3 GPa\" }\n"
+                                    "damage = { model = \"johnson_cook\", D1 = 0.1, D2 = 0.1, D3 = -1.5, D4 = 0, ";
+  expect_parts(error_of(solid + "D5 = 0.5 }\n"), {"case.toml:5: materials.x.damage.T_melt: is missing", "D5 = 0.5"});
+  EXPECT_EQ(find_in(solid + "D5 = 0.5, T_melt = 775 }\n", "x").damage->T_melt, 775);
+  EXPECT_EQ(find_in(solid + "D5 = 0 }\n", "x").damage->D5, 0);
+}
+
 TEST(MaterialFile, WrongOnesAreRefused) {
   const std::string base = "[materials.x]\nbase = \"Al2024-T351\"\n";
   expect_parts(error_of(base + "strength = { AA = 1 }\n"), {"case.toml:3: materials.x.strength.AA: unknown key", "A, B, n, C, m"});
