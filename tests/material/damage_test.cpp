@@ -18,6 +18,10 @@ TEST(JohnsonCookDamage, TriaxialityIsHeldAtThreeHalves) {
   EXPECT_NEAR(fracture_strain(damage_4340(), -9e8, 3e8, 1.0, 294.0), 0.19305465361683566, 1e-15);
 }
 
+TEST(JohnsonCookDamage, TriaxialityIsHeldAtMinusThirty) {  // 0.05 + 3.44 exp(2.12 30) under any higher pressure
+  for (const double p : {9e9, 1e12}) EXPECT_NEAR(fracture_strain(damage_4340(), p, 3e8, 1.0, 294.0), 1.4377636240977207e+28, 1e15);
+}
+
 TEST(JohnsonCookDamage, FitThatBearsStrongTension) {  // Armco iron at sigma* = 1.5: -2.2 + 5.43 exp(-0.705)
   const material::JohnsonCookDamage d{.D1 = -2.2, .D2 = 5.43, .D3 = -0.47, .D4 = 0.016, .D5 = 0.63, .T_melt = 1811};
   EXPECT_NEAR(fracture_strain(d, -9e8, 3e8, 1.0, 294.0), 0.4830095582108491, 1e-14);

@@ -44,7 +44,7 @@ inline material::Point<double> virgin(const material::Material& m) {
   pt.m = 1e-9;
   pt.rho = m.rho_0;
   const auto s = eos::state(m.eos, pt.rho, 0.0);
-  pt.c = s.c2;
+  pt.c = std::sqrt(s.c2);
   pt.temperature = s.temperature;
   return pt;
 }

@@ -48,6 +48,18 @@ TEST(SteinbergGuinan, HardeningSaturates) {  // 0.854 GPa uncapped at eps 2: Y_m
   EXPECT_EQ(f(2.0).slope, 0.0);
 }
 
+TEST(SteinbergGuinan, StrainBeforeTheStartHardensToo) {  // 0.26 [1 + 310 (0.02 + 0.01)]^0.185 GPa times f at eta 1.1, 10 GPa, 450 K
+  auto s = sg_2024();
+  s.eps_i = 0.01;
+  EXPECT_NEAR(flow(s, State{1.1, 10e9, 450, 1e6})(0.02).Y, 616093371.3376888, 1e-4);
+}
+
+TEST(SteinbergGuinan, ColdIsHarderThanTheReference) {  // f = 1 + 0.616e-3 (300 - 100): unlike Johnson & Cook's law it is not held
+  const auto f = flow(sg_2024(), State{1, 0, 100, 1e6});
+  EXPECT_NEAR(f.G, 32123520000.0, 1e-3);
+  EXPECT_NEAR(f(0.02).Y, 420762430.0003383, 1e-4);
+}
+
 /// The slopes of a flow law against central differences over h.
 template <class Flow>
 void expect_slopes(const Flow& f, double eps) {

@@ -245,3 +245,19 @@ TEST(Update, WhatIsMoltenTakesNoFractureEnergy) {
   EXPECT_LE(steps, 2);
   EXPECT_EQ(liquid.p, 0.0);
 }
+
+// Copper melts at one temperature: begin and end stand here for one energy, below which all is solid and above which all is liquid. A step
+// opens 1e-5 of the edge of 0.1 mm, and the solid parts at 2 x 8200 / 1.2e9 m, 13.667 um, the liquid at a ten-thousandth of it.
+TEST(Update, WhatMeltsAtOnceIsSolidUpToThere) {
+  auto m = aluminium(jc_2024());
+  m.spall = 1.2e9;
+  m.fracture_energy = 8200;
+  m.e_melt = m.e_melted = 0.5e6;
+  for (const auto& [e, opening] : {std::pair{0.4999e6, 13.667e-6}, {0.5001e6, 1.3667e-9}}) {
+    auto pt = virgin(m);
+    pt.m = m.rho_0 * 1e-12;
+    pt.e = e;
+    while (pt.damage == 0) step(m, Inc{{1e-5, 0, 0, 0, 0, 0}, {0, 0, 0}}, 1e-9, pt);
+    EXPECT_NEAR(pt.damage, 1e-9 / opening, 1e-4 / opening * 1e-9) << e;
+  }
+}
