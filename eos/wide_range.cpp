@@ -112,7 +112,7 @@ WideRange::WideRange(const Metal& metal)
   // p_c = B (eta^m - eta^2) + p_rest eta^2 with the modulus and the work to separate the atoms
   B_ = 0, power_ = bisect(2.05, 12, [&](double m) {
     const double b = (K - 2 * p_rest_) / (m - 2);
-    return -(b / (m - 1) - b + p_rest_) / m_.rho_0 * -1 + m_.E_coh;  // integral of p_c/rho^2 is minus the work
+    return (b / (m - 1) - b + p_rest_) / m_.rho_0 + m_.E_coh;  // the integral of p_c/rho^2 up to rho_0 is minus the work
   });
   B_ = (K - 2 * p_rest_) / (power_ - 2);
   for (int i = 0; i < 2; ++i) {  // each is all but independent of the other
