@@ -320,7 +320,10 @@ bool parse_number(std::string_view text, double& value) {
 
 std::string exact_decimal(double value) {
   std::array<char, 40> buffer;
-  const auto [end, error] = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value);
+  char* const last = buffer.data() + buffer.size();
+  const bool no_integer = value == 0 ? std::signbit(value) : std::abs(value) >= 0x1p63;
+  const auto [end, error] = no_integer ? std::to_chars(buffer.data(), last, value, std::chars_format::scientific)
+                                       : std::to_chars(buffer.data(), last, value);
   return error == std::errc() ? std::string(buffer.data(), end) : std::string("nan");
 }
 

@@ -27,7 +27,7 @@ double parse_quantity(std::string_view text, Dimension expected);
 /// A finite number with nothing behind it; locale-independent, so that "0,5" never means 0.
 bool parse_number(std::string_view text, double& value);
 
-/// The shortest decimal that reads back to the same bits.
+/// A short decimal that reads back to the same bits, by TOML too, which takes digits alone for an integer: -0 would lose its sign.
 std::string exact_decimal(double value);
 
 }  // namespace core

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 
@@ -292,6 +293,16 @@ TEST_F(CaseFile, ResolvedCaseReadsBackToTheSame) {
       EXPECT_EQ(back.materials.at(name).damage.has_value(), m.damage.has_value());
     }
   }
+}
+
+/// A run writes its case, and goes on only from the same one.
+TEST_F(CaseFile, WhatIsNoIntegerOfTomlReadsBackToTheSame) {
+  const io::Case c = read(std::string(contract) + "\"peak_pressure\" = 12345678901234567890.0\n", {"body.0.center=[-0.0, 0, \"-0 mm\"]"});
+  const std::string once = io::write_case(c);
+  const io::Case back = read(once);
+  EXPECT_EQ(io::write_case(back), once);
+  EXPECT_TRUE(std::signbit(back.bodies[0].center[0]) && std::signbit(back.bodies[0].center[2])) << once;
+  EXPECT_EQ(back.reference.at("peak_pressure").value, 12345678901234567890.0);
 }
 
 TEST_F(CaseFile, FidelityStandsForElementsAcross) {

@@ -136,7 +136,7 @@ TEST(Units, UnreadableTextIsRefused) {
 }
 
 TEST(Units, ExactDecimalReadsBackToTheSameBits) {
-  for (const double value : {0.1, 1.0 / 3.0, 2.05e-3, -8000.0, 1e300, 5e-324, 0.0, 6894.757293168361}) {
+  for (const double value : {0.1, 1.0 / 3.0, 2.05e-3, -8000.0, 1e300, 5e-324, 0.0, -0.0, 1e19, 12345678901234567890.0, 6894.757293168361}) {
     double back = -1;
     ASSERT_TRUE(core::parse_number(core::exact_decimal(value), back)) << core::exact_decimal(value);
     EXPECT_EQ(std::memcmp(&back, &value, sizeof(double)), 0) << core::exact_decimal(value);
