@@ -44,15 +44,45 @@ double reach(const Matter& m, const PlateFrame& frame, std::size_t row) {
   return r;
 }
 
+/// How far a free plate that was struck has drifted along the normal, where that is by more than its thickness: the median, by mass, of how far
+/// its outermost matter has moved since it was built, if half of that has stayed within a thickness of it. 0 elsewhere: of a plate in pieces, and
+/// where it is not known where matter was built [m].
+double drift_of(const Whole& whole, const PlateFrame& frame, int body, const Vec3& flown) {
+  const Matter& m = whole.matter;
+  if (m.built.empty()) return 0;
+  std::vector<std::uint32_t> rows;
+  std::vector<double> reaches;
+  double farthest = 0;
+  for (std::size_t row = 0; row < whole.size(); ++row) {
+    if (m.body[row] != body) continue;
+    rows.push_back(static_cast<std::uint32_t>(row));
+    reaches.push_back(frame.rim(frame.local(m.built[row] + flown)));
+    farthest = std::max(farthest, reaches.back());
+  }
+  std::vector<std::pair<double, double>> moved;  // and the mass
+  double mass = 0, sum = 0, by = 0, near = 0;
+  for (std::size_t k = 0; k < rows.size(); ++k)
+    if (reaches[k] >= rim_begins * farthest) {
+      moved.emplace_back(frame.local(m.x[rows[k]]).z() - frame.local(m.built[rows[k]] + flown).z(), m.m[rows[k]]);
+      mass += moved.back().second;
+    }
+  std::sort(moved.begin(), moved.end());
+  for (std::size_t k = 0; k < moved.size() && sum < 0.5 * mass; ++k) by = moved[k].first, sum += moved[k].second;
+  for (const auto& [z, of] : moved)
+    if (std::abs(z - by) <= frame.thickness) near += of;
+  return std::abs(by) > frame.thickness && near >= 0.5 * mass ? by : 0;
+}
+
 /// Rows of a plate that touch its edge, stayed in its slab and fly on with it at the velocity that it began with; where there are
 /// none, those that reach farthest.
-std::vector<std::uint32_t> rim_rows(const Whole& whole, const PlateFrame& frame, int body, const Vec3& velocity) {
+std::vector<std::uint32_t> rim_rows(const Whole& whole, const PlateFrame& frame, int body, const Vec3& velocity, const Vec3& flown) {
   const Matter& m = whole.matter;
+  const double drift = drift_of(whole, frame, body, flown);
   std::vector<std::uint32_t> candidates;
   std::vector<double> reaches;
   double farthest = 0;
   for (std::size_t row = 0; row < whole.size(); ++row) {
-    if (m.body[row] != body || std::abs(frame.local(m.x[row]).z()) > frame.thickness) continue;
+    if (m.body[row] != body || std::abs(frame.local(m.x[row]).z() - drift) > frame.thickness) continue;
     if (whole.impact_speed > 0 && (m.v[row] - velocity).norm() > loose_speed * whole.impact_speed) continue;
     const double r = reach(m, frame, row);
     candidates.push_back(static_cast<std::uint32_t>(row));
@@ -111,8 +141,9 @@ void find_members(const Scene& scene, Whole& whole) {
   std::vector<std::uint32_t> rim;
   for (const int body : whole.plates) {
     const PlateFrame frame = plate_frame(scene, body);
-    const std::vector<std::uint32_t> rows = rim_rows(whole, frame, body, scene.bodies[body].velocity);
-    whole.rims[body] = rim_motion(m, frame, rows, scene.time * scene.bodies[body].velocity);
+    const Vec3 flown = scene.time * scene.bodies[body].velocity;
+    const std::vector<std::uint32_t> rows = rim_rows(whole, frame, body, scene.bodies[body].velocity, flown);
+    whole.rims[body] = rim_motion(m, frame, rows, flown);
     rim.insert(rim.end(), rows.begin(), rows.end());
   }
   std::vector<char> has_elements(scene.bodies.size(), 0);  // mode sph knows none
