@@ -249,9 +249,20 @@ void choose_step(Simulation& s, double stop) {
   s.slowed = elements > el.value ? fem::slowed_elements(s.mesh, dt / s.spec.cfl) : std::vector<fem::Slowed>{};
 }
 
+/// Gas begins cold, and cold gas has no speed of sound: no step would be too long for it, and any that follows a shock would be no part of the first.
+/// It counts as gas behind a shock of the impact's speed v, where sound runs at sqrt(gamma (gamma - 1)/2) v: half of v to three quarters.
+static void limit_steps_of_cold_gas(Simulation& s) {
+  constexpr double cold = 1e-3, shocked = 0.5;
+  const double speed = s.scene.impact_velocity.norm();
+  auto& e = s.mesh.elements;
+  for (std::size_t el = 0; el < e.size(); ++el)
+    if (e.alive[el] && e.pt.c[el] < cold * speed) e.dt[el] *= e.pt.c[el] / (shocked * speed);
+}
+
 void begin(Simulation& s) {
   // A step of no length: densities, sound speeds and stable steps from the one routine that all later steps use.
   fem::update_awake_elements(s.mesh, s.materials, s.element_settings, {0.0, 1e-18});
+  limit_steps_of_cold_gas(s);
   s.mesh.elements.dt_0 = s.mesh.elements.dt;
   std::fill(s.mesh.elements.deformation.begin(), s.mesh.elements.deformation.end(), 0.0);
   if (s.criteria.use_jacobian && s.spec.mode != io::Mode::fem) fem::store_initial_shape(s.mesh);
