@@ -64,25 +64,27 @@ static void store_point(core::Points& pt, std::size_t el, const material::Point<
 }
 
 /// Forces of the hourglass modes [mode][direction]; returns their power [W].
-static Real hourglass_forces(const ElementSettings& set, Real coefficient, const StepTimes& times, Real mass, Real rho_c, Real c, Real length,
-                             const Real rate[4][3], double* stored, Real force[4][3]) {
+/// Of the stiffness form the coefficient's part beyond that of the settings, at a seam, is viscous: it comes and goes. rho_c2_l: modulus times edge.
+/// kept: part of the stored forces that is left. Matter that has become softer, as it fails or thins out, gives way to them by less than it has taken up; held as
+/// they were, they drove the failed lip of a hole, for its heat, until a plate of 24 mm was gone.
+static Real hourglass_forces(const ElementSettings& set, Real coefficient, const StepTimes& times, Real mass, Real rho_c, Real rho_c2_l, Real length,
+                             const Real rate[4][3], Real kept, double* stored, Real force[4][3]) {
   // A mode of amplitude u at every corner has the rate 8 u and feels a force of 8 k u against a mass of m / 8: the
   // viscous form stays stable below m / (64 dt) and is held to half of that.
-  const Real viscous = core::min(Real(0.25) * coefficient * rho_c * length * length,
-                                 mass * Real(0.5 / (64 * times.drift)));
-  const Real stiffness = Real(0.25 * times.drift) * coefficient * rho_c * c * length;
+  const Real damped = set.hourglass_stiffness ? coefficient - Real(set.hourglass) : coefficient;
+  const Real viscous = core::min(Real(0.25) * damped * rho_c * length * length, mass * Real(0.5 / (64 * times.drift)));
+  const Real stiffness = Real(0.25 * times.drift * set.hourglass) * rho_c2_l;
   Real power(0.0);
   for (int a = 0; a < 4; ++a)
     for (int d = 0; d < 3; ++d) {
+      force[a][d] = viscous * rate[a][d];
+      power += force[a][d] * rate[a][d];
       if (set.hourglass_stiffness) {
         double* q = stored + (a * 3 + d) * block_size;
-        const Real old = core::load<Real>(q);
-        force[a][d] = old + stiffness * rate[a][d];
-        core::store(q, force[a][d]);
-        power += Real(0.5) * (old + force[a][d]) * rate[a][d];
-      } else {
-        force[a][d] = viscous * rate[a][d];
-        power += force[a][d] * rate[a][d];
+        const Real old = kept * core::load<Real>(q), now = old + stiffness * rate[a][d];
+        core::store(q, now);
+        power += Real(0.5) * (old + now) * rate[a][d];
+        force[a][d] += now;
       }
     }
   return power;
@@ -169,7 +171,7 @@ constexpr double flat = 2;
       {l[0][0] * dt, l[1][1] * dt, l[2][2] * dt, (l[0][1] + l[1][0]) * half, (l[1][2] + l[2][1]) * half,
        (l[2][0] + l[0][2]) * half},
       {(l[2][1] - l[1][2]) * half, (l[0][2] - l[2][0]) * half, (l[1][0] - l[0][1]) * half}};
-  const Real q_old = core::load<Real>(&e.pt.q[el]);
+  const Real q_old = core::load<Real>(&e.pt.q[el]), rho_c2_old = pt.rho * pt.c * pt.c, rho_old = pt.rho;
   material::update(k.material, k.times.drift, rho, inc, q_old, pt);
 
   const Real tr = l[0][0] + l[1][1] + l[2][2], squeeze = core::max(-tr, Real(0.0));
@@ -188,7 +190,9 @@ constexpr double flat = 2;
   const Real d2 = inc.d[0] * inc.d[0] + inc.d[1] * inc.d[1] + inc.d[2] * inc.d[2] +
                   Real(2.0) * (inc.d[3] * inc.d[3] + inc.d[4] * inc.d[4] + inc.d[5] * inc.d[5]);
   const Real strain = core::sqrt(Real(2.0 / 3.0) * d2);
-  const Real power = hourglass_forces(k.settings, hourglass_coefficient(k, el, strain * length / (pt.c * dt)), k.times, mass, rho * pt.c, pt.c, length, rate, stored, mode);
+  const Real rho_c2_l = rho * pt.c * pt.c * length, kept = stored ? core::min(rho_c2_l / (rho_c2_old * core::cbrt(mass / rho_old)), Real(1.0)) : Real(1.0);
+  const Real power = hourglass_forces(k.settings, hourglass_coefficient(k, el, strain * length / (pt.c * dt)), k.times, mass, rho * pt.c, rho_c2_l, length,
+                                      rate, kept, stored, mode);
   const Real p_q = pt.p + q;
   const Real stress[6] = {pt.s[0] - p_q, pt.s[1] - p_q, pt.s[2] - p_q, pt.s[3], pt.s[4], pt.s[5]};
   corner_forces(stress, g, mode, x, inverse_volume, f);
