@@ -121,13 +121,20 @@ double state_bytes(Simulation& s) {
   return a.bytes;
 }
 
+/// The next line that is not about where numbers come from; at the end false, and nothing in `line`.
+static bool next_line(std::istream& in, std::string& line) {
+  while (std::getline(in, line))
+    if (!line.starts_with("source = ")) return true;
+  line.clear();
+  return false;
+}
+
 /// Throws where the case beside a checkpoint says otherwise of its matter than the case of the run did.
 static void check_scene(const std::string& path, const std::string& stored, const std::string& now) {
   std::istringstream was(stored), is(now);
   std::string part = "[run]", before, after;  // what the lines are of
   while (true) {
-    before.clear(), after.clear();
-    const bool more = static_cast<bool>(std::getline(was, before)), more_now = static_cast<bool>(std::getline(is, after));
+    const bool more = next_line(was, before), more_now = next_line(is, after);
     if (!more && !more_now) return;
     if (before != after)
       throw core::CaseError(fmt::format(
