@@ -16,6 +16,7 @@ namespace {
 using core::Vec3;
 
 constexpr double rim_begins = 0.98;  // of the half edges
+constexpr double rim_waves = 0.25;   // of the smaller half edge: the rim of one piece is not farther from its own middle height, however dished
 
 class UnionFind {
  public:
@@ -45,8 +46,8 @@ double reach(const Matter& m, const PlateFrame& frame, std::size_t row) {
 }
 
 /// How far a free plate that was struck has drifted along the normal, where that is by more than its thickness: the median, by mass, of how far
-/// its outermost matter has moved since it was built, if half of that has stayed within a thickness of it. 0 elsewhere: of a plate in pieces, and
-/// where it is not known where matter was built [m].
+/// its outermost matter has moved since it was built, if half of that has stayed together. 0 elsewhere: of a plate in pieces, and where it is not
+/// known where matter was built [m].
 double drift_of(const Whole& whole, const PlateFrame& frame, int body, const Vec3& flown) {
   const Matter& m = whole.matter;
   if (m.built.empty()) return 0;
@@ -69,7 +70,7 @@ double drift_of(const Whole& whole, const PlateFrame& frame, int body, const Vec
   std::sort(moved.begin(), moved.end());
   for (std::size_t k = 0; k < moved.size() && sum < 0.5 * mass; ++k) by = moved[k].first, sum += moved[k].second;
   for (const auto& [z, of] : moved)
-    if (std::abs(z - by) <= frame.thickness) near += of;
+    if (std::abs(z - by) <= rim_waves * std::min(frame.half.x(), frame.half.y())) near += of;
   return std::abs(by) > frame.thickness && near >= 0.5 * mass ? by : 0;
 }
 
