@@ -25,6 +25,7 @@ constexpr double most_voxels = 12e6;
 constexpr double samples_per_voxel = 2.5;
 constexpr double blocking = 0.75;             // radius of a sphere that blocks, of its spacing
 constexpr double off_lattice = 0.3719;        // shifts the grid off the planes of the mesh [voxels]
+constexpr double gone = 0.1;                  // of the plate's area: what covers less of it is no plate any more
 
 double edge_length(const Quad& q) { return std::sqrt(0.5 * (q.x[2] - q.x[0]).cross(q.x[3] - q.x[1]).norm()); }
 
@@ -380,9 +381,20 @@ static Window with_edges(Window window, const Surface& surface, const PlateFrame
   return window;
 }
 
+/// The part of a plate's area, seen along its normal, that what is left of it covers at most.
+static double covered_part(const Surface& surface, const PlateFrame& frame) {
+  double area = 0;
+  for (const Quad& q : surface.quads)  // above and below
+    if (frame.rim(0.25 * (q.x[0] + q.x[1] + q.x[2] + q.x[3])) <= 1) area += 0.25 * std::abs((q.x[2] - q.x[0]).cross(q.x[3] - q.x[1]).z());
+  for (const Sphere& s : surface.spheres)
+    if (frame.rim(s.x) <= 1) area += s.spacing * s.spacing;
+  return area / (4 * frame.half.x() * frame.half.y());
+}
+
 Opening find_opening(const Surface& surface, const Window& disturbed, const PlateFrame& frame) {
   Opening opening;
-  if (!disturbed.exists) return opening;
+  opening.through = covered_part(surface, frame) < gone;
+  if (opening.through || !disturbed.exists) return opening;
   const Window window = with_edges(disturbed, surface, frame);
   double low = 1e300, high = -1e300;
   each_over(surface, window, [&](const auto& piece) {
