@@ -15,6 +15,7 @@
 #include "io/toml_reader.hpp"
 
 namespace app {
+namespace {
 
 using Json = nlohmann::ordered_json;
 using io::toml_reader::Node;
@@ -22,14 +23,14 @@ using io::toml_reader::Node;
 /// Every value of a case by its key, as it is written; bodies by name.
 using Flat = std::map<std::string, std::string>;
 
-static std::string written(const Node& node) {
+std::string written(const Node& node) {
   if (node.kind != Node::Kind::array) return node.text;
   std::string text;
   for (const Node& item : node.items) text += (text.empty() ? "" : ", ") + written(item);
   return text;
 }
 
-static void flatten(const Node& node, const std::string& path, Flat& flat) {
+void flatten(const Node& node, const std::string& path, Flat& flat) {
   const auto below = [&](const std::string& key) { return path.empty() ? key : path + "." + key; };
   if (node.is_table()) {
     for (const auto& [key, child] : node.children)
@@ -44,8 +45,6 @@ static void flatten(const Node& node, const std::string& path, Flat& flat) {
   }
 }
 
-namespace {
-
 struct Run {
   std::string name;
   Json summary;
@@ -55,9 +54,7 @@ struct Run {
   Json at(const std::string& path) const { return summary.value(Json::json_pointer(path), Json()); }
 };
 
-}  // namespace
-
-static Run read_run(const std::string& folder) {
+Run read_run(const std::string& folder) {
   Run run;
   const auto path = std::filesystem::absolute(folder).lexically_normal();
   run.name = (path.has_filename() ? path : path.parent_path()).filename().string();
@@ -69,8 +66,6 @@ static Run read_run(const std::string& folder) {
   flatten(io::toml_reader::parse_file(folder + "/case.toml"), "", run.spec);
   return run;
 }
-
-namespace {
 
 /// Lines of a title and a cell for each run, as wide as the widest of its column.
 class Table {
@@ -117,9 +112,7 @@ class Table {
   std::vector<std::vector<std::string>> rows_;
 };
 
-}  // namespace
-
-static void add_differences(const std::vector<Run>& runs, Table& table) {
+void add_differences(const std::vector<Run>& runs, Table& table) {
   Flat keys;
   for (const Run& run : runs) keys.insert(run.spec.begin(), run.spec.end());
   table.heading("what differs in the cases");
@@ -134,8 +127,6 @@ static void add_differences(const std::vector<Run>& runs, Table& table) {
   }
 }
 
-namespace {
-
 /// A measurement as a number and how people write it.
 struct Cell {
   bool there = false, number = false;
@@ -143,17 +134,16 @@ struct Cell {
   std::string text = "-";
 };
 
-}  // namespace
-
-static Cell cell(const Json& entry, const char* key) {
+Cell cell(const Json& entry, const char* key) {
   if (!entry.is_object() || !entry.contains(key)) return {};
   const Json& v = entry[key];
   if (v.is_boolean()) return {true, false, 0, readable(v.get<bool>(), "bool")};
   if (!v.is_number()) return {};
-  return {true, true, v.get<double>(), readable(v.get<double>(), entry.value("unit", ""))};
+  const Json unit = entry.value("unit", Json());
+  return {true, true, v.get<double>(), readable(v.get<double>(), unit.is_string() ? unit.get<std::string>() : "")};
 }
 
-static void add_measurements(const std::vector<Run>& runs, Table& table) {
+void add_measurements(const std::vector<Run>& runs, Table& table) {
   std::vector<std::string> keys;
   for (const Run& run : runs)
     for (const auto& item : run.summary["measurements"].items())
@@ -177,7 +167,7 @@ static void add_measurements(const std::vector<Run>& runs, Table& table) {
   }
 }
 
-static void add_energies(Table& table) {
+void add_energies(Table& table) {
   table.heading("energy, % of the initial kinetic energy, and errors");
   for (const char* name : {"kinetic", "internal", "hourglass", "contact", "conversion", "eroded_kinetic", "eroded_internal"}) {
     table.each(name, [&](const Run& run) {
@@ -189,6 +179,8 @@ static void add_energies(Table& table) {
   for (const char* name : {"energy_error", "mass_error", "momentum_error", "angular_momentum_error"})
     table.number(name, fmt::format("/conservation/{}", name), "{:.1e}");
 }
+
+}  // namespace
 
 std::string compare(const std::vector<std::string>& folders) {
   if (folders.size() < 2) throw core::CaseError(fmt::format("compare {}: valid: output folders of two or more runs", folders[0]));
