@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <compare>
 #include <limits>
 #include <utility>
 
@@ -51,26 +52,25 @@ double reach(const Matter& m, const PlateFrame& frame, std::size_t row) {
 double drift_of(const Whole& whole, const PlateFrame& frame, int body, const Vec3& flown) {
   const Matter& m = whole.matter;
   if (m.built.empty()) return 0;
-  std::vector<std::uint32_t> rows;
-  std::vector<double> reaches;
+  struct Row {
+    double moved, mass, reach;
+    auto operator<=>(const Row&) const = default;
+  };
+  std::vector<Row> outer;
   double farthest = 0;
   for (std::size_t row = 0; row < whole.size(); ++row) {
     if (m.body[row] != body) continue;
-    rows.push_back(static_cast<std::uint32_t>(row));
-    reaches.push_back(frame.rim(frame.local(m.built[row] + flown)));
-    farthest = std::max(farthest, reaches.back());
+    const Vec3 built = frame.local(m.built[row] + flown);
+    outer.push_back({frame.local(m.x[row]).z() - built.z(), m.m[row], frame.rim(built)});
+    farthest = std::max(farthest, outer.back().reach);
   }
-  std::vector<std::pair<double, double>> moved;  // and the mass
+  std::erase_if(outer, [&](const Row& r) { return r.reach < rim_begins * farthest; });
   double mass = 0, sum = 0, by = 0, near = 0;
-  for (std::size_t k = 0; k < rows.size(); ++k)
-    if (reaches[k] >= rim_begins * farthest) {
-      moved.emplace_back(frame.local(m.x[rows[k]]).z() - frame.local(m.built[rows[k]] + flown).z(), m.m[rows[k]]);
-      mass += moved.back().second;
-    }
-  std::sort(moved.begin(), moved.end());
-  for (std::size_t k = 0; k < moved.size() && sum < 0.5 * mass; ++k) by = moved[k].first, sum += moved[k].second;
-  for (const auto& [z, of] : moved)
-    if (std::abs(z - by) <= rim_waves * std::min(frame.half.x(), frame.half.y())) near += of;
+  for (const Row& r : outer) mass += r.mass;
+  std::sort(outer.begin(), outer.end());
+  for (std::size_t k = 0; k < outer.size() && sum < 0.5 * mass; ++k) by = outer[k].moved, sum += outer[k].mass;
+  for (const Row& r : outer)
+    if (std::abs(r.moved - by) <= rim_waves * std::min(frame.half.x(), frame.half.y())) near += r.mass;
   return std::abs(by) > frame.thickness && near >= 0.5 * mass ? by : 0;
 }
 
