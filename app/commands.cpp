@@ -5,8 +5,10 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <optional>
 #include <thread>
 
 #include "app/bench.hpp"
@@ -21,6 +23,7 @@
 #include "io/atomic_file.hpp"
 #include "io/case_file.hpp"
 #include "io/material_file.hpp"
+#include "io/shock_points.hpp"
 
 namespace app {
 
@@ -97,23 +100,61 @@ static int list_materials(const std::string& name) {
   return printed();
 }
 
+/// The state of the material's model behind a shock of this particle velocity [m/s]; none beyond the range of the model, told in `why`.
+static std::optional<eos::HugoniotPoint> shocked(const material::Material& m, double up, std::string& why) {
+  try {
+    return eos::hugoniot(m.eos, m.rho_0, up);
+  } catch (const core::CaseError& e) {
+    why = e.what();
+    return std::nullopt;
+  }
+}
+
+static void print_against(const io::ShockSeries& measured, const material::Material& m) {
+  fmt::print("\n# measured on samples of {:g} kg/m3: {}\n", measured.rho_0, measured.source);
+  fmt::print("{:>10} {:>10} {:>12} {:>12} {:>12} {:>10}\n", "up km/s", "Us km/s", "p GPa", "rho kg/m3", "model p GPa", "error %");
+  int compared = 0;
+  double sum = 0, squares = 0, largest = 0;
+  for (const auto& at : measured.points) {
+    fmt::print("{:10.3f} {:10.3f} {:12.4f} {:12.1f} ", at.up * 1e-3, at.Us * 1e-3, at.p * 1e-9, at.rho);
+    std::string why;
+    const auto h = shocked(m, at.up, why);
+    if (!h) {
+      fmt::print("           -          -\n");
+      continue;
+    }
+    const double error = h->p / at.p - 1;
+    fmt::print("{:12.4f} {:10.2f}\n", h->p * 1e-9, 100 * error);
+    ++compared;
+    sum += error;
+    squares += error * error;
+    largest = std::max(largest, std::abs(error));
+  }
+  if (compared)
+    fmt::print("# pressure of the model at the measured up, {} of {} points: mean error {:+.2f} %, root mean square {:.2f} %, largest {:.2f} %\n", compared,
+               measured.points.size(), 100 * sum / compared, 100 * std::sqrt(squares / compared), 100 * largest);
+}
+
 static int print_hugoniot(const std::string& name, const std::string& file) {
   const bool folder = std::filesystem::is_directory(file);
-  const auto m = file.empty() ? io::find_material(name) : io::find_material(name, folder ? file + "/case.toml" : file);
+  const io::Materials all = file.empty() ? io::Materials() : io::materials_of(folder ? file + "/case.toml" : file);
+  const auto m = all.find(name);
   fmt::print("# principal Hugoniot of {}, rho_0 = {:g} kg/m3\n", name, m.rho_0);
   fmt::print("{:>10} {:>10} {:>12} {:>12} {:>10} {:>12}\n", "up km/s", "Us km/s", "p GPa", "rho kg/m3", "T K", "e MJ/kg");
   for (double up = 250; up <= 8000; up += 250) {
-    eos::HugoniotPoint h{};
-    try {
-      h = eos::hugoniot(m.eos, m.rho_0, up);
-    } catch (const core::CaseError& e) {
-      if (up == 250) throw core::CaseError(fmt::format("{}: {}", name, e.what()));
-      fmt::print("# no further: {}\n", e.what());
+    std::string why;
+    const auto h = shocked(m, up, why);
+    if (!h && up == 250) throw core::CaseError(fmt::format("{}: {}", name, why));
+    if (!h) {
+      fmt::print("# no further: {}\n", why);
       break;
     }
-    fmt::print("{:10.3f} {:10.3f} {:12.4f} {:12.1f} {:10.0f} {:12.4f}\n", up * 1e-3, h.Us * 1e-3, h.p * 1e-9, h.rho, h.temperature,
-               h.e * 1e-6);
+    fmt::print("{:10.3f} {:10.3f} {:12.4f} {:12.1f} {:10.0f} {:12.4f}\n", up * 1e-3, h->Us * 1e-3, h->p * 1e-9, h->rho, h->temperature,
+               h->e * 1e-6);
   }
+  const auto measured = io::shock_series(all.descent(name));
+  for (const auto& series : measured) print_against(series, m);
+  if (measured.empty()) fmt::print("# no measured shock states of it are stored\n");
   return printed();
 }
 
@@ -202,7 +243,7 @@ int command_line(int argc, char** argv) {
   auto* c_materials = cli.add_subcommand("materials", "the library: constants, units, sources");
   c_materials->add_option("NAME", material, "a material; without it all names");
   c_materials->callback([&] { code = list_materials(material); });
-  auto* c_hugoniot = cli.add_subcommand("hugoniot", "Hugoniot of a material");
+  auto* c_hugoniot = cli.add_subcommand("hugoniot", "Hugoniot of a material against measured shock states");
   c_hugoniot->add_option("MATERIAL", material, "a material of the library, or with --case of the case")->required();
   c_hugoniot->add_option("--case", file, "case file, or the folder that holds case.toml, whose [materials] are known as well");
   c_hugoniot->callback([&] { code = print_hugoniot(material, file); });

@@ -1,9 +1,9 @@
-# Writes OUTPUT, a C++ source whose material_library_text() returns the text of INPUT. Strings are cut into pieces because
-# the standard promises no more than 64 KiB for one literal.
+# Writes OUTPUT, a C++ source whose io::NAME is the text of INPUT. Strings are cut into pieces because the standard promises no
+# more than 64 KiB for one literal.
 file(READ ${INPUT} text)
 string(LENGTH "${text}" length)
-set(source "// Made from material/library.toml.\nnamespace io {\nextern const char* const material_library_text;\n")
-string(APPEND source "const char* const material_library_text =\n")
+get_filename_component(file ${INPUT} NAME)
+set(source "// Made from material/${file}.\nnamespace io {\nextern const char* const ${NAME};\nconst char* const ${NAME} =\n")
 set(first 0)
 while(first LESS length)
   string(SUBSTRING "${text}" ${first} 8000 piece)

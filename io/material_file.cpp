@@ -14,7 +14,7 @@
 
 namespace io {
 
-extern const char* const material_library_text;  // made by embed.cmake
+extern const char* const library_text;  // made by embed.cmake
 
 namespace {
 
@@ -363,7 +363,7 @@ Node overlaid(Node base, const Node& changes) {
 
 const Node& library() {
   static const Node tree = [] {
-    Node all = toml_reader::parse_text(material_library_text, "material/library.toml");
+    Node all = toml_reader::parse_text(library_text, "material/library.toml");
     for (auto& [name, table] : all.children) stamp_sources(table);
     return all;
   }();
@@ -427,15 +427,16 @@ Node Materials::merged(const std::string& name, std::vector<std::string>& chain)
   const bool again = std::find(chain.begin(), chain.end(), name) != chain.end();
   const Node* own = again ? nullptr : own_.find(name);  // a material may be based on the library's of the same name
   if (!own) {
+    chain.push_back(name);
     if (const Node* stock = library().find(name)) return *stock;
     throw core::CaseError(unknown_material(name, names()));
   }
   const Node* base = own->find("base");
+  chain.push_back(name);
   if (!base) return *own;
   const std::string key = "materials." + toml_reader::as_key(name) + ".base";
   if (base->kind != Node::Kind::text) toml_reader::fail(base->where, key, "must be the name of a material, in quotes");
   if (!has(base->text)) toml_reader::fail(base->where, key, unknown_material(base->text, names()));
-  chain.push_back(name);
   const bool round = std::find(chain.begin(), chain.end(), base->text) != chain.end();
   if (round && !library().find(base->text))
     toml_reader::fail(base->where, key, "comes back to itself: " + toml_reader::join(chain) + ", " + base->text);
@@ -445,6 +446,12 @@ Node Materials::merged(const std::string& name, std::vector<std::string>& chain)
 material::Material Materials::find(const std::string& name) const {
   std::vector<std::string> chain;
   return read_material(merged(name, chain), name);
+}
+
+std::vector<std::string> Materials::descent(const std::string& name) const {
+  std::vector<std::string> chain;
+  merged(name, chain);
+  return chain;
 }
 
 std::vector<std::string> Materials::own_names() const {
@@ -462,9 +469,9 @@ std::vector<std::string> Materials::names() const {
 
 material::Material find_material(const std::string& name) { return Materials().find(name); }
 
-material::Material find_material(const std::string& name, const std::string& file) {
+Materials materials_of(const std::string& file) {
   const Node root = toml_reader::parse_file(file);
-  return Materials(root.find("materials"), std::filesystem::path(file).parent_path().string()).find(name);
+  return Materials(root.find("materials"), std::filesystem::path(file).parent_path().string());
 }
 
 std::vector<std::string> material_names() { return Materials().names(); }

@@ -15,9 +15,6 @@ namespace io {
 /// A material of the library. Throws CaseError with the nearest names.
 material::Material find_material(const std::string& name);
 
-/// The same, where the [materials] of a file may add to the library.
-material::Material find_material(const std::string& name, const std::string& file);
-
 /// Names in the library, in its order.
 std::vector<std::string> material_names();
 
@@ -29,6 +26,8 @@ class Materials {
 
   bool has(const std::string& name) const;
   material::Material find(const std::string& name) const;
+  /// The material and what it is based on, down to where its constants begin.
+  std::vector<std::string> descent(const std::string& name) const;
   std::vector<std::string> names() const;
   std::vector<std::string> own_names() const;
 
@@ -37,6 +36,9 @@ class Materials {
 
   toml_reader::Node own_;
 };
+
+/// The library and what the [materials] of a case file add to it.
+Materials materials_of(const std::string& file);
 
 /// [materials.NAME] in full: SI numbers with all their digits, sources kept.
 std::string write_material(const material::Material& m);

@@ -632,6 +632,16 @@ material = "Al2024-T351"
         # LASL Shock Hugoniot Data (Marsh 1980): Us = 5.328 + 1.338 up for 2024 aluminium
         up, us = next((row[0], row[1]) for row in rows if abs(row[0] - 2) < 1e-6)
         self.assertAlmostEqual(us, 5.328 + 1.338 * up, delta=0.02 * us)
+        # McQueen et al. (1970): V/V0 = 0.73401 at 48.2608 GPa, so up = sqrt(p (1 - V/V0)/rho_0) = 2.147 km/s; the model there: rho_0 Us up
+        at = next(row for row in rows if row[2] == 48.2608)
+        model = 2785 * (5328 + 1.338 * 2146.9) * 2146.9e-9
+        self.assertAlmostEqual(at[0], 2.147, delta=6e-4)
+        self.assertAlmostEqual(at[4], model, delta=2e-4 * model)
+        self.assertAlmostEqual(at[5], 100 * (model / 48.2608 - 1), delta=0.02)
+        self.write("case.toml", CASE + '[materials.mine]\nbase = "Al2024-T351"\n[materials.mine.strength]\nA = "300 MPa"\n')
+        of_mine = self.ejecta("hugoniot", "mine", "--case", "case.toml")
+        self.assertEqual(of_mine.stdout.splitlines()[1:], r.stdout.splitlines()[1:])
+        self.assertIn("no measured shock states", self.ejecta("hugoniot", "Be").stdout)
 
     def test_examples_of_the_documents(self):
         """Every `ejecta run cases/...` of README.md, docs/ and cases/ is a case that can be run."""

@@ -13,7 +13,6 @@
 
 #include "core/error.hpp"
 #include "eos/hugoniot.hpp"
-#include "tests/eos/models.hpp"
 
 namespace {
 
@@ -110,34 +109,6 @@ TEST(WideRange, ShockMeltingBetweenTheMeasuredBounds) {
   const auto solid = at(105e9), liquid = at(215e9);
   EXPECT_LT(solid.temperature, aluminium().model.melting_temperature(solid.rho));
   EXPECT_GT(liquid.temperature, aluminium().model.melting_temperature(liquid.rho));
-}
-
-// Shock points of Mitchell & Nellis (1100 aluminium) above 20 GPa; the points scatter by 2 %.
-TEST(WideRange, ThreeModelsAgainstShockData) {
-  std::ifstream rows(std::string(EJECTA_SHARED) + "/reference/csv/al_hugoniot_points.csv");
-  if (!rows) GTEST_SKIP() << "no reference data in " << EJECTA_SHARED;
-  eos::MieGrueneisen mie{.rho_0 = 2712, .c_0 = 5386, .s_1 = 1.339, .gamma_0 = 1.97, .a = 0.48, .cv = 884};
-  eos::prepare(mie);
-  auto table = aluminium().table;
-  table.rho_0 = 2712;
-  eos::prepare(table);
-  const auto tillotson = aluminium_tillotson();
-  std::string line;
-  int compared = 0;
-  while (std::getline(rows, line)) {
-    const auto at = line.find(",shock,2712,");
-    double x, p, up;
-    if (at == std::string::npos || std::sscanf(line.c_str() + at, ",shock,2712,%lf,%lf,%lf", &x, &p, &up) != 3 || p < 20) continue;
-    ++compared;
-    const auto error = [&](const eos::Eos& m, double rho_0) { return eos::hugoniot(m, rho_0, up * 1e3).p * 1e-9 / p - 1; };
-    const double of_mie = error(mie, 2712), of_table = error(table, 2712), of_tillotson = error(tillotson, 2700);
-    std::printf("  up %.3f km/s  p %7.2f GPa  errors: Mie-Grueneisen %+.2f %%  Tillotson %+.2f %%  table %+.2f %%\n", up, p, 100 * of_mie,
-                100 * of_tillotson, 100 * of_table);
-    EXPECT_LT(std::abs(of_mie), 0.03);
-    EXPECT_LT(std::abs(of_table), 0.03);
-    EXPECT_LT(std::abs(of_tillotson), 0.08);  // its published constants
-  }
-  EXPECT_GT(compared, 20);
 }
 
 TEST(WideRange, FreeEnergyHasTheZeroOfEnergy) {
