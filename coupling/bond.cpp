@@ -269,26 +269,37 @@ static bool lonely(const sph::Neighbourhood& hood, std::size_t k) { return hood.
 void fill_anchors(const fem::Mesh& mesh, const Bond& bond, sph::Neighbourhood& hood) {
   const auto parts = static_cast<std::size_t>(bond.parts());
   hood.anchor_xi.resize(hood.anchor_start.back());
+  hood.anchor_x.resize(hood.anchor_start.back());
   hood.frame.resize(bond.x.size());
   core::for_each(bond.x.size(), [&](std::size_t k) {
     if (lonely(hood, k)) return;
     auto anchor = hood.anchor_start[k];
     const sph::Frame frame = hood.frame[k] = frame_of(mesh, bond.elements[k / parts], fem::part_centre(bond.per_edge, static_cast<int>(k % parts)));
-    for (const auto nd : seam_of(bond, k / parts)) hood.anchor_xi[anchor++] = nearest_corner(frame.xi + frame.per_x * (mesh.nodes.x[nd] - bond.x[k]));
+    for (const auto nd : seam_of(bond, k / parts)) {
+      hood.anchor_x[anchor] = mesh.nodes.x[nd];
+      hood.anchor_xi[anchor++] = nearest_corner(frame.xi + frame.per_x * (mesh.nodes.x[nd] - bond.x[k]));
+    }
+    hood.anchor_x[anchor] = bond.x[k];
     hood.anchor_xi[anchor] = frame.xi;
   });
 }
 
 void fill_foreign_velocities(const fem::Mesh& mesh, const Bond& bond, sph::Neighbourhood& hood) {
   const auto parts = static_cast<std::size_t>(bond.parts());
+  hood.anchor_v.resize(hood.anchor_xi.size());
   hood.anchor_v_mean.resize(hood.anchor_xi.size());
   core::for_each(bond.x.size(), [&](std::size_t k) {
     if (lonely(hood, k)) return;
     const std::size_t el = bond.elements[k / parts];
     const Vec3 xi = fem::part_centre(bond.per_edge, static_cast<int>(k % parts));
-    sph::set_motion(hood, hood.n_particles + k, fem::at(mesh, el, mesh.nodes.v, xi));
+    const Vec3 v = fem::at(mesh, el, mesh.nodes.v, xi);
+    sph::set_motion(hood, hood.n_particles + k, v);
     auto row = hood.anchor_start[k];
-    for (const auto nd : seam_of(bond, k / parts)) hood.anchor_v_mean[row++] = mesh.nodes.v_mean[nd];
+    for (const auto nd : seam_of(bond, k / parts)) {
+      hood.anchor_v[row] = mesh.nodes.v[nd];
+      hood.anchor_v_mean[row++] = mesh.nodes.v_mean[nd];
+    }
+    hood.anchor_v[row] = v;
     hood.anchor_v_mean[row] = fem::at(mesh, el, mesh.nodes.v_mean, xi);
   });
 }

@@ -27,11 +27,6 @@ static int axis_of(const Mirror& m) {
   return -1;
 }
 
-static Vec3 reflect(const Mirror& m, const Vec3& a) { return a - 2 * m.normal.dot(a) * m.normal; }
-
-/// Where the image of a point is.
-static Vec3 mirrored(const Mirror& m, const Vec3& x) { return m.point + reflect(m, Vec3(x - m.point)); }
-
 static core::Mat3 reflect(const Mirror& m, const core::Mat3& a) {
   core::Mat3 r = a;
   if (const int d = axis_of(m); d >= 0) {

@@ -349,16 +349,13 @@ inline void add_wall_force(const ForeignGroup& at, const PairForce& f, core::Vec
 }
 
 /// Weights of a foreigner's anchors in its pairs with eight particles, into scratch, anchor_scratch doubles an anchor: they
-/// add up to one and fall to nothing within one spacing of anchors from the middle of the pair. A lattice under uniform
-/// stress is then held still within 2e-3 of the stress at any seam. What strangers push acts at the centre.
+/// add up to one. What strangers push acts at the centre.
 template <int half>
 inline void weigh_anchors(const AnchorView& anchors, std::size_t i, const ForeignGroup& at, double* scratch) {
-  constexpr double radius = 1.8, floor = 1e-9;  // nodes are 2 apart
   const std::size_t row = i - anchors.n_particles, centre = anchors.start[row + 1] - anchors.start[row] - 1;
   if (centre == 0) return Doubles(1.0).store(scratch);
   const core::Vec3* const xi = anchors.xi + anchors.start[row];
   const Frame& frame = anchors.frame[row];
-  const Doubles per_area(1 / (radius * radius));
   const Doubles* const d = at.pair.d.exact[half];
   Doubles middle[3], sum(0.0);
   for (int e = 0; e < 3; ++e) {
@@ -368,7 +365,7 @@ inline void weigh_anchors(const AnchorView& anchors, std::size_t i, const Foreig
   for (std::size_t n = 0; n < centre; ++n) {
     Doubles off[3];
     for (int e = 0; e < 3; ++e) off[e] = Doubles(xi[n][e]) - middle[e];
-    const Doubles u = max(Doubles(1.0) - dot(off, off) * per_area, Doubles(0.0)), weight = u * u + Doubles(floor);
+    const Doubles weight = anchor_weight(dot(off, off));
     weight.store(scratch + anchor_scratch * n);
     sum += weight;
   }

@@ -185,6 +185,49 @@ static double anchored_power(const Neighbourhood& hood, std::size_t i) {
   return power;
 }
 
+/// Where the anchors of a pair of a particle at x_i and foreigner j are, in the mean by their weights, and how fast.
+struct Foot {
+  Vec3 x, v;
+};
+
+static Foot foot(const Neighbourhood& hood, const Vec3& x_i, std::size_t j) {
+  const std::size_t n_real = hood.n_particles + hood.n_foreign;
+  if (j >= n_real) {  // an image's anchors are images
+    const Image& image = hood.images[j - n_real];
+    const Mirror& m = hood.mirrors[image.mirror];
+    const Foot source = foot(hood, mirrored(m, x_i), image.source);
+    return {mirrored(m, source.x), reflect(m, source.v)};
+  }
+  const std::size_t k = j - hood.n_particles, begin = hood.anchor_start[k], centre = hood.anchor_start[k + 1] - 1;
+  if (begin == centre) return {hood.anchor_x[centre], hood.anchor_v[centre]};
+  const Frame& frame = hood.frame[k];
+  const Vec3 middle = frame.xi + 0.5 * frame.per_x * (x_i - hood.anchor_x[centre]);
+  double sum = 0;
+  Foot f{Vec3::Zero(), Vec3::Zero()};
+  for (std::size_t n = begin; n < centre; ++n) {
+    const double w = anchor_weight((hood.anchor_xi[n] - middle).squaredNorm());
+    sum += w, f.x += w * hood.anchor_x[n], f.v += w * hood.anchor_v[n];
+  }
+  return {f.x / sum, f.v / sum};
+}
+
+/// What the anchors of its pairs add to a particle's velocity gradient l: their motion against the middles of the pairs beyond
+/// what l explains.
+static Mat3 gradient_of_anchors(const Neighbourhood& hood, std::size_t i, const Mat3& l, const Mat3& correction) {
+  const Actors& a = hood.actors;
+  const auto velocity = [&](std::size_t k) { return Vec3(a.motion[k].end[0], a.motion[k].end[1], a.motion[k].end[2]); };
+  Mat3 sum = Mat3::Zero();
+  for (std::size_t n = 0; n < hood.n_near[i]; ++n) {
+    const std::size_t slot = hood.near_start[i] + n / group, j = hood.near[slot].at[n % group];
+    if (!acts_on_anchors(a.kind[i], a.kind[j]) || !kin(a.kind[i], a.kind[j])) continue;
+    const Vec3 &x_i = a.place[i].x, &x_j = a.place[j].x;
+    const Foot at = foot(hood, x_i, j);
+    const Vec3 apart = (2 * at.v - velocity(i) - velocity(j)) - l * (2 * at.x - x_i - x_j);
+    sum += double(hood.weight[slot].at[n % group]) * apart * (x_i - x_j).transpose();
+  }
+  return sum * correction / double(a.place[i].volume);
+}
+
 void pair_work(const ParticleSettings& settings, const std::vector<double>& rho_0, double dt_kick, double dt_drift, const std::vector<Mat3>& correction,
                Neighbourhood& hood, Particles& p, std::vector<Mat3>& velocity_gradient) {
   hood.foreign_power.resize(hood.n_foreign);
@@ -198,9 +241,9 @@ void pair_work(const ParticleSettings& settings, const std::vector<double>& rho_
       const RowWork& w = work[i - first];
       p.pt.e[i] -= w.power * dt_kick / p.pt.m[i];
       using Rows = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>;
-      velocity_gradient[i] = hood.n_near[i] > 0 ? at_mid_step(Rows(w.rate[0]) * correction[i] + Rows(w.pushed[0]), dt_drift)
-                                                : free_expansion(p.pt, i, rho_0[p.body[i]], dt_drift);
-      const Mat3& l = velocity_gradient[i];
+      Mat3 l = Rows(w.rate[0]) * correction[i] + Rows(w.pushed[0]);
+      if (hood.anchored[i]) l += gradient_of_anchors(hood, i, l, correction[i]);
+      l = velocity_gradient[i] = hood.n_near[i] > 0 ? at_mid_step(l, dt_drift) : free_expansion(p.pt, i, rho_0[p.body[i]], dt_drift);
       p.stretch[i] = l.diagonal();
       p.shear[i] = 0.5 * Vec3(l(0, 1) + l(1, 0), l(1, 2) + l(2, 1), l(2, 0) + l(0, 2));
       p.dt[i] = hood.n_near[i] > 0 ? stable_step(p.h[i], double(hood.acoustic[i]) * p.pt.c[i], settings, hood.approach[i]) : unlimited;

@@ -184,6 +184,42 @@ TEST(Conversion, WavePassesThrough) {
   }
 }
 
+TEST(Conversion, WorkAtASeamIsPaidWithVolume) {
+  // A column of liquid under pressure, particles between elements, all moving as one but the nodes of both seams, which draw back. What the particles
+  // pay for that, -p dV, they must lose as volume: else they go on pushing and paying, with a pressure that does not fall.
+  const int n = 40, across = 4;
+  const double L = 1, dx = L / n, width = across * dx, u = 10;
+  const Vec3 drift(0, 0, 300);
+  for (const int per_edge : {1, 2}) {
+    Rig r;
+    auto& s = *r.s;
+    s.spec.energy_tolerance = 1e300;  // motion is given to nodes
+    r.add(fem::box(line(0, width, across), line(0, width, across), line(0, L, n)), mie_grueneisen(rho_0, c_0, 1.338, 2.0, 0.48), [&](const Vec3&) { return drift; });
+    squeeze(s, 1.05);
+    between_mirrors(r, width);
+    r.fix(4, [&](const Vec3& x) { return x[2] < 1e-12 || x[2] > L - 1e-12; });
+    r.begin();
+    for (int k = 0; k < 10; ++k) app::choose_step(s, 1e300), app::step(s);
+    const double middle = 0.5 * L + drift[2] * s.time;
+    convert(s, per_edge, [&](const Vec3& x) { return std::abs(x[2] - middle) < 0.1 * L; });
+    for (std::size_t nd = 0; nd < s.mesh.nodes.size(); ++nd)
+      if (const double z = s.mesh.nodes.x[nd][2] - middle; std::abs(std::abs(z) - 0.1 * L) < 0.1 * dx) s.mesh.nodes.v[nd] += Vec3(0, 0, z > 0 ? u : -u);
+    const auto before = s.particles.pt;
+    app::step(s);
+    double paid = 0, lost = 0;
+    for (std::size_t i = 0; i < s.particles.size(); ++i) {
+      const auto& now = s.particles.pt;
+      paid += now.m[i] * (now.e[i] - before.e[i]);
+      lost -= before.p[i] * now.m[i] * (1 / now.rho[i] - 1 / before.rho[i]);
+    }
+    std::printf(" %d per edge\n", per_edge);
+    report("volume work / p A 2 u dt", lost / (-before.p[0] * width * width * 2 * u * s.dt), 1);
+    report("heat / volume work", paid / lost, 1);
+    EXPECT_NEAR(lost / (-before.p[0] * width * width * 2 * u * s.dt), 1, 0.02);
+    EXPECT_NEAR(paid / lost, 1, 0.02);
+  }
+}
+
 TEST(Conversion, AShockThatEntersElementsHeatsThem) {
   // A column at V, particles, strikes one at rest, elements of the same body. Behind both shocks u = V/2, p = rho_0 Us u with Us = c_0 + 1.338 u, and
   // e = u^2/2; no matter is ever colder than it was.
