@@ -4,8 +4,7 @@
 // so that is where the reaction to its own body's particles goes: to the nodes of the seam next to each foreign element. The
 // particle's stress makes that force, and the particle's energy pays for its work at the nodes. What strangers push goes to the element's corners
 // as the shape functions share it, and what their work leaves over to its energy.
-// Elements of the particle's own body hold it as long as it has not failed (bond = true) or only push (bond = false); elements of
-// other bodies only push.
+// Elements of the particle's own body hold it (bond = true) or only push (bond = false); elements of other bodies only push.
 #pragma once
 
 #include <cstdint>

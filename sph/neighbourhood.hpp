@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -53,25 +54,30 @@ inline Stress stress_of(const core::Mat3& a) {
   return s;
 }
 
+/// How hard a particle of this stress presses or pulls in a pair with a foreigner of its body. In this measure those round a foreigner share
+/// what their pairs' work leaves: whoever bears nothing pays nothing. Exact but for one sum, so that both rows find the same bits.
+inline double share_of_rest(const Stress& stress, float weight, float push) {
+  float most = 0;
+  for (const auto& column : stress.column)
+    for (const float a : column) most = std::max(most, std::abs(a));
+  return std::abs(double(weight) * double(most)) + std::abs(double(push));
+}
+
 /// Velocities once the kick and contact are done.
 struct alignas(64) Motion {
   double sum[4] = {};  ///< of those before and after: the forces work on half of it [m/s]
   double end[4] = {};  ///< after, n + 1/2: what strains [m/s]
 };
 
-/// What kind of neighbour an actor is, in one number: its body, and four bits.
+/// What kind of neighbour an actor is, in one number: its body, and three bits.
 using Kind = std::int32_t;
 constexpr Kind firm_bit = 1;     ///< bears shear and its gradients are exact: motion beside `rate` is damped
 constexpr Kind tension_bit = 2;  ///< artificial stress acts
-constexpr Kind failed_bit = 4;   ///< powder: bears neither tension nor shear
-constexpr Kind foreign_bit = 8;  ///< stands for what others own
-constexpr Kind body_bits = ~(firm_bit | tension_bit | failed_bit | foreign_bit);
-constexpr Kind kind_of_body(std::int32_t body) { return body * 16; }
-/// Bits in which kin must be as `kind & body_bits`: of its body; and foreigners hold no powder. It would follow their tension, which they
-/// would pay for, and resist with none of its own.
-constexpr Kind kin_bits(Kind kind) { return body_bits | ((kind & failed_bit) != 0 ? foreign_bit : (kind & foreign_bit) != 0 ? failed_bit : 0); }
-/// Do two hold each other, or only push as strangers do?
-constexpr bool kin(Kind a, Kind b) { return (b & kin_bits(a)) == (a & body_bits); }
+constexpr Kind foreign_bit = 4;  ///< stands for what others own
+constexpr Kind body_bits = ~(firm_bit | tension_bit | foreign_bit);
+constexpr Kind kind_of_body(std::int32_t body) { return body * 8; }
+/// Are two of one body? They hold each other; strangers only push.
+constexpr bool kin(Kind a, Kind b) { return (b & body_bits) == (a & body_bits); }
 /// Does the force between a particle and another act on the other's anchors? Strangers and particles have none.
 constexpr bool acts_on_anchors(Kind particle, Kind other) { return (other & (body_bits | foreign_bit)) == ((particle & body_bits) | foreign_bit); }
 
@@ -136,7 +142,7 @@ T anchor_weight(T squared_distance) {
 /// What its pairs' work leaves beyond what the particles book by their own motion.
 struct ForeignPower {
   double strangers = 0;  ///< of pairs that act at its place: it gains that itself [W]
-  double anchored = 0;   ///< of those that act on its anchors, for each unit of their weight: the particles gain that [W/unit^3]
+  double anchored = 0;   ///< of those that act on its anchors, for each unit of share_of_rest(): the particles gain that [W/(Pa unit^3)]
 };
 
 struct Neighbourhood {

@@ -94,9 +94,7 @@ struct Own {
   Kind kind;
   Own(const PairView& v, std::size_t i) : place(v.place[i]), flow(v.flow[i]), strain(v.strain[i]), kind(v.kind[i]) {}
   /// Which neighbours are of its body.
-  Yes of_body(Ints kinds) const { return (kinds & Ints(body_bits)) == Ints(kind & body_bits); }
-  /// Which of those are kin.
-  Yes same(Ints kinds) const { return (kinds & Ints(kin_bits(kind))) == Ints(kind & body_bits); }
+  Yes same(Ints kinds) const { return (kinds & Ints(body_bits)) == Ints(kind & body_bits); }
 };
 inline Yes has(Ints kinds, Kind bit) { return (kinds & Ints(bit)) == Ints(bit); }
 
@@ -281,7 +279,7 @@ struct ForeignGroup {
     kinds = load_at<Ints>(v.kind, near.id);
     const Yes same = own.same(kinds);
     const Singles all = Singles::load(near.weight), none(0.0f);
-    anchored = select(own.of_body(kinds), Singles(1.0f), none);
+    anchored = select(same, Singles(1.0f), none);
     contact = select(same, none, all);
   }
 };
@@ -486,7 +484,7 @@ struct ForceSums {
 
   /// In pairs with foreigners the own stress acts in place of theirs too: their nodes answer with it.
   void take_twice(const Own& own, Ints kinds, unsigned foreign, double (&g)[3][group]) {
-    anchored |= (foreign & own.of_body(kinds).bits()) != 0;
+    anchored |= (foreign & own.same(kinds).bits()) != 0;
     for (int e = 0; e < 3; ++e)
       for (unsigned left = foreign; left != 0; left &= left - 1) {
         double& at = g[e][__builtin_ctz(left)];
@@ -743,7 +741,7 @@ void foreign_work(const PairView& v, const AnchorView& anchors, std::size_t firs
     if (v.n_near[i] == 0) continue;
     const std::size_t k = i - anchors.n_particles, n_anchors = anchors.start[k + 1] - anchors.start[k];
     const Own own(v, i);
-    Doubles strangers(0.0), anchored(0.0), weights(0.0);
+    Doubles strangers(0.0), anchored(0.0), shares(0.0);
     for (NearGroup near(v, i); near.left > 0; near.advance()) {
       const ForeignGroup at(v, own, near);
       each_half([&](auto half) {
@@ -768,11 +766,13 @@ void foreign_work(const PairView& v, const AnchorView& anchors, std::size_t firs
           left += f.all(e) * (at_anchors - mean) - booked * (Doubles(0.5 * v.motion[i].sum[e]) - mean);
         }
         anchored += share * left, strangers += (Doubles(1.0) - share) * left;
-        weights += share * widen<half>(Singles::load(near.weight));
+        alignas(64) double shares_of[8];
+        for (int l = 8 * half; l < 8 * half + 8; ++l) shares_of[l % 8] = share_of_rest(v.stress[near.id[l]], near.weight[l], near.push[l]);
+        shares += share * Doubles::load(shares_of);
       });
     }
     power[i - first].strangers = total(strangers);
-    if (const double weight = total(weights); weight < 0) power[i - first].anchored = total(anchored) / weight;
+    if (const double all = total(shares); all > 0) power[i - first].anchored = total(anchored) / all;
   }
 }
 

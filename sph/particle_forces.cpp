@@ -28,7 +28,7 @@ void fill_actors(const Particles& p, const std::vector<double>& rho_0, Neighbour
     a.flow[i] = {p.v[i], single(p.pt.c[i]), single(p.pt.rho[i])};
     const auto &d = p.stretch[i], &s = p.shear[i];
     a.strain[i] = {{single(d[0]), single(d[1]), single(d[2]), single(s[0]), single(s[1]), single(s[2])}, single(density), single(p.spread[i])};
-    a.kind[i] = kind_of_body(p.body[i]) | (p.pt.damage[i] < 1 ? 0 : failed_bit);
+    a.kind[i] = kind_of_body(p.body[i]);
   });
 }
 
@@ -173,14 +173,15 @@ static Mat3 free_expansion(const core::Points& pt, std::size_t i, double rho_0, 
   return Mat3::Identity() * (pt.p[i] / (pt.rho[i] * c * c) * std::min(c / edge, 0.5 / dt) / 3);
 }
 
-/// A particle's share of what its pairs with anchored foreigners leave, by their weights: those are the same in both rows [W].
+/// A particle's share of what the pairs of anchored foreigners leave [W].
 static double anchored_power(const Neighbourhood& hood, std::size_t i) {
   double power = 0;
   for (std::size_t l = 0; l < hood.n_near[i]; ++l) {
     const std::size_t slot = hood.near_start[i] + l / group;
     const std::size_t j = hood.near[slot].at[l % group];
     if (!acts_on_anchors(hood.actors.kind[i], hood.actors.kind[j])) continue;
-    power += double(hood.weight[slot].at[l % group]) * hood.foreign_power[owner(hood, j) - hood.n_particles].anchored;
+    const double share = share_of_rest(hood.actors.stress[i], hood.weight[slot].at[l % group], hood.push[slot].at[l % group]);
+    power += share * hood.foreign_power[owner(hood, j) - hood.n_particles].anchored;
   }
   return power;
 }
@@ -219,7 +220,7 @@ static Mat3 gradient_of_anchors(const Neighbourhood& hood, std::size_t i, const 
   Mat3 sum = Mat3::Zero();
   for (std::size_t n = 0; n < hood.n_near[i]; ++n) {
     const std::size_t slot = hood.near_start[i] + n / group, j = hood.near[slot].at[n % group];
-    if (!acts_on_anchors(a.kind[i], a.kind[j]) || !kin(a.kind[i], a.kind[j])) continue;
+    if (!acts_on_anchors(a.kind[i], a.kind[j])) continue;
     const Vec3 &x_i = a.place[i].x, &x_j = a.place[j].x;
     const Foot at = foot(hood, x_i, j);
     const Vec3 apart = (2 * at.v - velocity(i) - velocity(j)) - l * (2 * at.x - x_i - x_j);
