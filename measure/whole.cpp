@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <compare>
 #include <limits>
 #include <utility>
 
@@ -46,45 +45,55 @@ double reach(const Matter& m, const PlateFrame& frame, std::size_t row) {
   return r;
 }
 
-/// How far a free plate that was struck has drifted along the normal, where that is by more than its thickness: the median, by mass, of how far
-/// its outermost matter has moved since it was built, if half of that has stayed together. 0 elsewhere: of a plate in pieces, and where it is not
-/// known where matter was built [m].
-double drift_of(const Whole& whole, const PlateFrame& frame, int body, const Vec3& flown) {
+/// What a free plate that was struck does as a whole, along the normal.
+struct Drift {
+  double by = 0;     ///< how far it is from where it was built, where that is more than its thickness [m]
+  double speed = 0;  ///< against the velocity that it began with, where that is more than loose_speed and no more than bending_speed [m/s]
+};
+
+/// Read off its outermost matter: medians by mass, if half of that has stayed together. 0 elsewhere: of a plate in pieces, and where it is not
+/// known where matter was built.
+Drift drift_of(const Whole& whole, const PlateFrame& frame, int body, const Vec3& velocity, const Vec3& flown) {
   const Matter& m = whole.matter;
-  if (m.built.empty()) return 0;
+  if (m.built.empty()) return {};
   struct Row {
-    double moved, mass, reach;
-    auto operator<=>(const Row&) const = default;
+    double moved, speed, mass, reach;
   };
   std::vector<Row> outer;
   double farthest = 0;
   for (std::size_t row = 0; row < whole.size(); ++row) {
     if (m.body[row] != body) continue;
     const Vec3 built = frame.local(m.built[row] + flown);
-    outer.push_back({frame.local(m.x[row]).z() - built.z(), m.m[row], frame.rim(built)});
+    outer.push_back({frame.local(m.x[row]).z() - built.z(), frame.axes.row(2).dot(m.v[row] - velocity), m.m[row], frame.rim(built)});
     farthest = std::max(farthest, outer.back().reach);
   }
   std::erase_if(outer, [&](const Row& r) { return r.reach < rim_begins * farthest; });
-  double mass = 0, sum = 0, by = 0, near = 0;
+  double mass = 0;
   for (const Row& r : outer) mass += r.mass;
-  std::sort(outer.begin(), outer.end());
-  for (std::size_t k = 0; k < outer.size() && sum < 0.5 * mass; ++k) by = outer[k].moved, sum += outer[k].mass;
-  for (const Row& r : outer)
-    if (std::abs(r.moved - by) <= rim_waves * std::min(frame.half.x(), frame.half.y())) near += r.mass;
-  return std::abs(by) > frame.thickness && near >= 0.5 * mass ? by : 0;
+  const auto median = [&](double Row::*value, double least, double most, double together) {
+    double sum = 0, at = 0, near = 0;
+    std::sort(outer.begin(), outer.end(), [&](const Row& a, const Row& b) { return std::pair(a.*value, a.mass) < std::pair(b.*value, b.mass); });
+    for (std::size_t k = 0; k < outer.size() && sum < 0.5 * mass; ++k) at = outer[k].*value, sum += outer[k].mass;
+    for (const Row& r : outer)
+      if (std::abs(r.*value - at) <= together) near += r.mass;
+    return std::abs(at) > least && std::abs(at) <= most && near >= 0.5 * mass ? at : 0;
+  };
+  const double loose = loose_speed * whole.impact_speed;
+  return {median(&Row::moved, frame.thickness, std::numeric_limits<double>::max(), rim_waves * std::min(frame.half.x(), frame.half.y())),
+          median(&Row::speed, loose, bending_speed, loose)};
 }
 
-/// Rows of a plate that touch its edge, stayed in its slab and fly on with it at the velocity that it began with; where there are
-/// none, those that reach farthest.
+/// Rows of a plate that touch its edge, stayed in its slab and fly on with it; where there are none, those that reach farthest.
 std::vector<std::uint32_t> rim_rows(const Whole& whole, const PlateFrame& frame, int body, const Vec3& velocity, const Vec3& flown) {
   const Matter& m = whole.matter;
-  const double drift = drift_of(whole, frame, body, flown);
+  const Drift drift = drift_of(whole, frame, body, velocity, flown);
+  const Vec3 carried = velocity + drift.speed * frame.axes.row(2).transpose();
   std::vector<std::uint32_t> candidates;
   std::vector<double> reaches;
   double farthest = 0;
   for (std::size_t row = 0; row < whole.size(); ++row) {
-    if (m.body[row] != body || std::abs(frame.local(m.x[row]).z() - drift) > frame.thickness) continue;
-    if (whole.impact_speed > 0 && (m.v[row] - velocity).norm() > loose_speed * whole.impact_speed) continue;
+    if (m.body[row] != body || std::abs(frame.local(m.x[row]).z() - drift.by) > frame.thickness) continue;
+    if (whole.impact_speed > 0 && (m.v[row] - carried).norm() > loose_speed * whole.impact_speed) continue;
     const double r = reach(m, frame, row);
     candidates.push_back(static_cast<std::uint32_t>(row));
     reaches.push_back(r);
