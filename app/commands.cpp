@@ -90,7 +90,8 @@ static int list_materials(const std::string& name) {
   if (name.empty()) {
     for (const auto& m : io::material_names()) {
       const auto material = io::find_material(m);
-      fmt::print("{:<20} {:8.0f} kg/m3\n", m, material.rho_0);
+      const bool tears = material.spall < material::Material{}.spall;
+      fmt::print("{:<20} {:8.0f} kg/m3{}\n", m, material.rho_0, tears ? "" : "  without a limit of tension");
     }
     return printed();
   }

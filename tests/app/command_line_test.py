@@ -617,6 +617,8 @@ material = "Al2024-T351"
         self.assertEqual(r.returncode, 0)
         for name in ("Al2024-T351", "Al6061-T6", "OFHC-Cu", "Be", "Ti-6Al-4V"):
             self.assertIn(name, r.stdout)
+        for line in r.stdout.splitlines():
+            self.assertEqual("without a limit of tension" in line, "spall.limit" not in self.ejecta("materials", line.split()[0]).stdout, line)
         r = self.ejecta("materials", "Al2024-T351")
         self.assertEqual(r.returncode, 0)
         for part in ("Al2024-T351", "MPa", "johnson_cook"):
