@@ -25,15 +25,21 @@ io::SnapshotSize snapshot_size(const Simulation& s) {
 void give_snapshot(const Simulation& s, io::SnapshotSink& to) {
   const auto& e = s.mesh.elements;
   const auto& p = s.particles;
-  /// A row each of what is alive: of(el), of(i).
+  /// A row each of the elements alive, of(el), one piece after the other.
+  const auto of_alive = [&](auto&& of) {
+    return [&e, of, el = std::size_t{0}](auto rows) mutable {
+      for (auto& row : rows) {
+        while (!e.alive[el]) ++el;
+        row = of(el++);
+      }
+    };
+  };
+  /// of_element(el), of_particle(i)
   const auto rows = [&](const char* name, auto&& of_element, auto&& of_particle) {
-    std::vector<double> element, particle;
-    element.reserve(s.mesh.n_alive);
-    for (std::size_t el = 0; el < e.size(); ++el)
-      if (e.alive[el]) element.push_back(of_element(el));
-    particle.reserve(p.size());
-    for (std::size_t i = 0; i < p.size(); ++i) particle.push_back(of_particle(i));
-    to.field(name, element, particle);
+    const auto next_particles = [&, i = std::size_t{0}](std::span<double> particle) mutable {
+      for (double& row : particle) row = of_particle(i++);
+    };
+    to.field(name, s.mesh.n_alive, of_alive(of_element), p.size(), next_particles);
   };
   const auto point = [&](const char* name, const std::vector<double>& a, const std::vector<double>& b) {
     rows(name, [&](std::size_t el) { return a[el]; }, [&](std::size_t i) { return b[i]; });
@@ -41,13 +47,7 @@ void give_snapshot(const Simulation& s, io::SnapshotSink& to) {
   const auto edge = [](const core::Points& pt) { return [&pt](std::size_t k) { return std::cbrt(pt.m[k] / pt.rho[k]); }; };
 
   to.nodes(s.mesh.nodes.x, s.mesh.nodes.v);
-  {
-    std::vector<std::array<std::int32_t, 8>> corners;
-    corners.reserve(s.mesh.n_alive);
-    for (std::size_t el = 0; el < e.size(); ++el)
-      if (e.alive[el]) corners.push_back(e.node[el]);
-    to.corners(corners);
-  }
+  to.corners(s.mesh.n_alive, of_alive([&](std::size_t el) { return e.node[el]; }));
   to.particles(p.x, p.v);
   point("mass", e.pt.m, p.pt.m);
   point("density", e.pt.rho, p.pt.rho);

@@ -205,25 +205,46 @@ void File::claim(std::size_t bytes, const std::string& what) {
   stop(path_, "no room for " + what, error, "", end - now);
 }
 
-template <class T>
-void File::write(const std::string& name, const T* data, std::size_t rows, std::size_t columns, int deflate) {
-  const std::size_t bytes = sizeof(T) * rows * (columns ? columns : 1);
-  const std::string action = fmt::format("'{}' cannot be written", name);
+static std::string not_written(const std::string& name) { return fmt::format("'{}' cannot be written", name); }
+
+/// The array to write to, with room on the disk.
+std::int64_t File::make_array(const std::string& name, std::int64_t type, std::size_t rows, std::size_t columns, int deflate, std::size_t bytes) {
   claim(bytes, "'" + name + "'");
   const hsize_t dims[2] = {rows, columns};
   const int rank = columns ? 2 : 1;
   const Handle space(H5Screate_simple(rank, dims, nullptr), H5Sclose);
   const Handle links = make_links();
   const Handle layout(make_layout(deflate, dims, rank), H5Pclose);
-  const auto make = [&] { return H5Dcreate2(id_, name.c_str(), native<T>(), space, links, layout, H5P_DEFAULT); };
+  const auto make = [&] { return H5Dcreate2(id_, name.c_str(), type, space, links, layout, H5P_DEFAULT); };
   hid_t made = make();
   if (made < 0) {  // it is there already, mostly; asking first would cost every array a look-up
     if (has(name)) remove(name);
     made = make();
   }
-  const Handle set(made, H5Dclose);
-  if (!set.valid()) stop(path_, action, bytes);
-  if (bytes > 0 && H5Dwrite(set, native<T>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, data) < 0) stop(path_, action, bytes);
+  if (made < 0) stop(path_, not_written(name), bytes);
+  return made;
+}
+
+template <class T>
+void File::write(const std::string& name, const T* data, std::size_t rows, std::size_t columns, int deflate) {
+  const std::size_t bytes = sizeof(T) * rows * (columns ? columns : 1);
+  const Handle set(make_array(name, native<T>(), rows, columns, deflate, bytes), H5Dclose);
+  if (bytes > 0 && H5Dwrite(set, native<T>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, data) < 0) stop(path_, not_written(name), bytes);
+}
+
+template <class T>
+void File::write_pieces(const std::string& name, std::size_t rows, std::size_t columns, const std::function<void(T*, std::size_t)>& next) {
+  constexpr std::size_t at_once = 1 << 16;
+  const std::size_t each = columns ? columns : 1, bytes = sizeof(T) * rows * each;
+  const Handle set(make_array(name, native<T>(), rows, columns, 0, bytes), H5Dclose), all(H5Dget_space(set), H5Sclose);
+  std::vector<T> piece(std::min(rows, at_once) * each);
+  for (std::size_t first = 0; first < rows; first += at_once) {
+    const hsize_t from[2] = {first, 0}, size[2] = {std::min(at_once, rows - first), columns};
+    next(piece.data(), size[0]);
+    const Handle here(H5Screate_simple(columns ? 2 : 1, size, nullptr), H5Sclose);
+    if (H5Sselect_hyperslab(all, H5S_SELECT_SET, from, nullptr, size, nullptr) < 0 || H5Dwrite(set, native<T>(), here, all, H5P_DEFAULT, piece.data()) < 0)
+      stop(path_, not_written(name), bytes);
+  }
 }
 
 Extent File::extent(const std::string& name) const {
@@ -371,6 +392,8 @@ template void File::write(const std::string&, const std::uint16_t*, std::size_t,
 template void File::write(const std::string&, const std::uint8_t*, std::size_t, std::size_t, int);
 template void File::write(const std::string&, const std::uint32_t*, std::size_t, std::size_t, int);
 template void File::write(const std::string&, const std::uint64_t*, std::size_t, std::size_t, int);
+template void File::write_pieces(const std::string&, std::size_t, std::size_t, const std::function<void(double*, std::size_t)>&);
+template void File::write_pieces(const std::string&, std::size_t, std::size_t, const std::function<void(std::int32_t*, std::size_t)>&);
 template void File::read(const std::string&, double*, std::size_t) const;
 template void File::read(const std::string&, float*, std::size_t) const;
 template void File::read(const std::string&, std::int32_t*, std::size_t) const;

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -44,6 +45,10 @@ class File {
     write(name, data.data(), data.size(), 0, deflate);
   }
 
+  /// The same of rows that need not all be there at once: next(piece, n) puts the next n of them there.
+  template <class T>
+  void write_pieces(const std::string& name, std::size_t rows, std::size_t columns, const std::function<void(T* piece, std::size_t n)>& next);
+
   Extent extent(const std::string& name) const;
   /// Reads into data[extent(name).size()], which must hold `size` values. The stored type must be T.
   template <class T>
@@ -75,6 +80,7 @@ class File {
 
  private:
   int trim(std::uint64_t end) const;
+  std::int64_t make_array(const std::string& name, std::int64_t type, std::size_t rows, std::size_t columns, int deflate, std::size_t bytes);
   template <class T>
   void write_attribute(const std::string& object, const std::string& name, T value);
   template <class T>

@@ -27,13 +27,13 @@ std::string group_of(std::int64_t step) { return fmt::format("step_{:06d}", step
 
 // --- checks ---
 
-/// The first row of `values` that is not finite stops the run.
-void check_finite(const SnapshotSize& s, const std::string& name, const double* values, std::size_t rows, std::size_t columns) {
+/// The first row of `values`, rows from `first` on, that is not finite stops the run.
+void check_finite(const SnapshotSize& s, const std::string& name, std::size_t first, const double* values, std::size_t rows, std::size_t columns) {
   for (std::size_t i = 0; i < rows * columns; ++i)
     if (!std::isfinite(values[i]))
       throw core::GuardError(fmt::format("snapshot at step {} (t = {:g} s): '{}' of row {} is {}; it was not written; look "
                                          "at history.csv for the steps before, and try a lower run.cfl", s.step, s.time,
-                                         name, i / columns, values[i]));
+                                         name, first + i / columns, values[i]));
 }
 
 void check_size(const SnapshotSize& s, const std::string& name, std::size_t given, std::size_t expected, bool may_be_absent) {
@@ -41,11 +41,11 @@ void check_size(const SnapshotSize& s, const std::string& name, std::size_t give
   throw core::GuardError(fmt::format("snapshot at step {}: '{}' has {} rows, {} are needed", s.step, name, given, expected));
 }
 
-void check_corners(const SnapshotSize& s, std::span<const std::array<std::int32_t, 8>> rows) {
+void check_corners(const SnapshotSize& s, std::size_t first, std::span<const std::array<std::int32_t, 8>> rows) {
   for (std::size_t el = 0; el < rows.size(); ++el)
     for (const std::int32_t nd : rows[el])
       if (nd < 0 || static_cast<std::size_t>(nd) >= s.n_nodes)
-        throw core::GuardError(fmt::format("snapshot at step {}: element {} has corner {} of {} nodes", s.step, el, nd, s.n_nodes));
+        throw core::GuardError(fmt::format("snapshot at step {}: element {} has corner {} of {} nodes", s.step, first + el, nd, s.n_nodes));
 }
 
 // --- run.h5 ---
@@ -71,24 +71,37 @@ class FileSink : public SnapshotSink {
     vectors("node_x", x, size_.n_nodes);
     vectors("node_v", v, size_.n_nodes);
   }
-  void corners(std::span<const std::array<std::int32_t, 8>> rows) override {
-    check_size(size_, "element_node", rows.size(), size_.n_elements, false);
-    check_corners(size_, rows);
-    file_.write(group_ + "/element_node", rows.empty() ? nullptr : rows.front().data(), rows.size(), 8);
+  void corners(std::size_t n, const NextRows<std::array<std::int32_t, 8>>& next) override {
+    check_size(size_, "element_node", n, size_.n_elements, false);
+    std::size_t first = 0;
+    std::vector<std::array<std::int32_t, 8>> rows;
+    file_.write_pieces<std::int32_t>(group_ + "/element_node", n, 8, [&](std::int32_t* piece, std::size_t count) {
+      rows.resize(count);
+      next(rows);
+      check_corners(size_, first, rows);
+      std::copy_n(rows.front().data(), 8 * count, piece);
+      first += count;
+    });
   }
   void particles(std::span<const core::Vec3> x, std::span<const core::Vec3> v) override {
     vectors("particle_x", x, size_.n_particles);
     vectors("particle_v", v, size_.n_particles);
   }
-  void field(const std::string& name, std::span<const double> element, std::span<const double> particle) override {
-    const auto block = [&](const char* of, std::span<const double> rows, std::size_t expected) {
+  void field(const std::string& name, std::size_t n_elements, const NextRows<double>& element, std::size_t n_particles,
+             const NextRows<double>& particle) override {
+    const auto block = [&](const char* of, std::size_t n, const NextRows<double>& next, std::size_t expected) {
       const std::string what = fmt::format("{} ({}s)", name, of);
-      check_size(size_, what, rows.size(), expected, true);
-      check_finite(size_, what, rows.data(), rows.size(), 1);
-      if (!rows.empty()) file_.write(fmt::format("{}/{}/{}", group_, of, name), rows.data(), rows.size());
+      check_size(size_, what, n, expected, true);
+      if (n == 0) return;
+      std::size_t first = 0;
+      file_.write_pieces<double>(fmt::format("{}/{}/{}", group_, of, name), n, 0, [&](double* piece, std::size_t count) {
+        next({piece, count});
+        check_finite(size_, what, first, piece, count, 1);
+        first += count;
+      });
     };
-    block("element", element, size_.n_elements);
-    block("particle", particle, size_.n_particles);
+    block("element", n_elements, element, size_.n_elements);
+    block("particle", n_particles, particle, size_.n_particles);
     ++n_fields_;
   }
   void scalar(const std::string& name, double value) override { file_.set_attribute(group_, scalar_prefix + name, value); }
@@ -103,7 +116,7 @@ class FileSink : public SnapshotSink {
   void vectors(const std::string& name, std::span<const core::Vec3> rows, std::size_t expected) {
     const double* values = rows.empty() ? nullptr : rows.front().data();
     check_size(size_, name, rows.size(), expected, false);
-    check_finite(size_, name, values, rows.size(), 3);
+    check_finite(size_, name, 0, values, rows.size(), 3);
     file_.write(group_ + "/" + name, values, rows.size(), 3);
   }
 
@@ -113,6 +126,15 @@ class FileSink : public SnapshotSink {
   std::size_t n_fields_ = 0;
 };
 
+/// Of an array that is there, one piece after the other.
+template <class T>
+NextRows<T> rows_of(const std::vector<T>& all) {
+  return [&all, first = std::size_t{0}](std::span<T> rows) mutable {
+    std::copy_n(all.begin() + static_cast<std::ptrdiff_t>(first), rows.size(), rows.begin());
+    first += rows.size();
+  };
+}
+
 /// Parts into one snapshot.
 class Collector : public SnapshotSink {
  public:
@@ -121,13 +143,19 @@ class Collector : public SnapshotSink {
     to_.node_x.assign(x.begin(), x.end());
     to_.node_v.assign(v.begin(), v.end());
   }
-  void corners(std::span<const std::array<std::int32_t, 8>> rows) override { to_.element_node.assign(rows.begin(), rows.end()); }
+  void corners(std::size_t n, const NextRows<std::array<std::int32_t, 8>>& next) override {
+    to_.element_node.resize(n);
+    next(to_.element_node);
+  }
   void particles(std::span<const core::Vec3> x, std::span<const core::Vec3> v) override {
     to_.particle_x.assign(x.begin(), x.end());
     to_.particle_v.assign(v.begin(), v.end());
   }
-  void field(const std::string& name, std::span<const double> element, std::span<const double> particle) override {
-    to_.fields.push_back({name, {element.begin(), element.end()}, {particle.begin(), particle.end()}});
+  void field(const std::string& name, std::size_t n_elements, const NextRows<double>& element, std::size_t n_particles,
+             const NextRows<double>& particle) override {
+    auto& f = to_.fields.emplace_back(Snapshot::Field{name, std::vector<double>(n_elements), std::vector<double>(n_particles)});
+    element(f.element);
+    particle(f.particle);
   }
   void scalar(const std::string& name, double value) override { to_.scalars.emplace_back(name, value); }
 
@@ -297,9 +325,9 @@ Snapshot collect(const SnapshotSize& size, const SnapshotParts& parts) {
 void SnapshotWriter::append(const Snapshot& s) {
   append({s.time, s.step, s.node_x.size(), s.element_node.size(), s.particle_x.size(), s.fields.size()}, [&](SnapshotSink& to) {
     to.nodes(s.node_x, s.node_v);
-    to.corners(s.element_node);
+    to.corners(s.element_node.size(), rows_of(s.element_node));
     to.particles(s.particle_x, s.particle_v);
-    for (const Snapshot::Field& f : s.fields) to.field(f.name, f.element, f.particle);
+    for (const Snapshot::Field& f : s.fields) to.field(f.name, f.element.size(), rows_of(f.element), f.particle.size(), rows_of(f.particle));
     for (const auto& [name, value] : s.scalars) to.scalar(name, value);
   });
 }

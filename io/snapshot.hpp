@@ -40,15 +40,20 @@ struct SnapshotSize {
   double bytes() const;                                          ///< of its arrays
 };
 
+/// Gives the next rows of a part, as many as there is room for.
+template <class T>
+using NextRows = std::function<void(std::span<T>)>;
+
 /// Where the parts of a snapshot go, one after the other: what is written need not all be there at once. Names and rows as
 /// in Snapshot.
 class SnapshotSink {
  public:
   virtual ~SnapshotSink() = default;
   virtual void nodes(std::span<const core::Vec3> x, std::span<const core::Vec3> v) = 0;
-  virtual void corners(std::span<const std::array<std::int32_t, 8>> rows) = 0;
+  virtual void corners(std::size_t n, const NextRows<std::array<std::int32_t, 8>>& next) = 0;
   virtual void particles(std::span<const core::Vec3> x, std::span<const core::Vec3> v) = 0;
-  virtual void field(const std::string& name, std::span<const double> element, std::span<const double> particle) = 0;
+  virtual void field(const std::string& name, std::size_t n_elements, const NextRows<double>& element, std::size_t n_particles,
+                     const NextRows<double>& particle) = 0;
   virtual void scalar(const std::string& name, double value) = 0;
 };
 using SnapshotParts = std::function<void(SnapshotSink&)>;
