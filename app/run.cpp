@@ -238,7 +238,7 @@ static void end_steps(Simulation& s) {
   const auto builds = s.hood.builds;
   core::free_all(s.hood, s.contact.lists, s.contact.changes, s.bond, s.correction, s.velocity_gradient);
   s.hood.builds = builds;
-  core::free_all(s.mesh.elements.corner_force, s.mesh.corners, s.mesh.nodes.v_mean, s.mesh.nodes.f);
+  core::free_all(s.mesh.elements.corner_force, s.mesh.corners, s.mesh.nodes.v_mean, s.mesh.nodes.row_of_f);
 }
 
 /// References to what nothing is measured by: misspelt, or of what this scene does not have.

@@ -80,8 +80,7 @@ static void find_neighbours(Simulation& s) {
 /// 1: forces of particles on each other and on the elements they are bonded to.
 static void add_pair_forces(Simulation& s) {
   if (s.particles.size() == 0) return;
-  s.mesh.nodes.f.resize(s.mesh.nodes.size(), core::Vec3(0, 0, 0));
-  fem::for_each_node_awake(s.mesh, [&](std::size_t nd) { s.mesh.nodes.f[nd].setZero(); });
+  fem::forget_pushes(s.mesh.nodes);
   sph::add_pair_forces(s.particle_settings, s.hood, s.particles);
   coupling::add_reaction(s.hood, s.bond, s.mesh);
   s.work.pair_updates += sph::n_pairs(s.hood);

@@ -312,13 +312,13 @@ void add_reaction(const sph::Neighbourhood& hood, const Bond& bond, fem::Mesh& m
     bool any = false;
     auto row = hood.anchor_start[k];
     for (const auto nd : seam_of(bond, k / parts)) {
-      mesh.nodes.f[nd] += hood.anchor_force[row];
+      fem::push(mesh.nodes, nd, hood.anchor_force[row]);
       any |= !hood.anchor_force[row++].isZero(0);
     }
     if (const Vec3& push = hood.anchor_force[row]; !push.isZero(0)) {
       const Vec3 xi = fem::part_centre(bond.per_edge, static_cast<int>(k % parts));
       for (int i = 0; i < 8; ++i)
-        mesh.nodes.f[static_cast<std::size_t>(mesh.elements.node[bond.elements[k / parts]][static_cast<std::size_t>(i)])] += fem::shape(i, xi) * push;
+        fem::push(mesh.nodes, static_cast<std::size_t>(mesh.elements.node[bond.elements[k / parts]][static_cast<std::size_t>(i)]), fem::shape(i, xi) * push);
       any = true;
     }
     if (any) pushed.push_back(bond.elements[k / parts]);

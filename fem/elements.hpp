@@ -11,7 +11,7 @@
 
 namespace fem {
 
-/// v(n-1/2) -> v(n+1/2) by the corner forces and nodes.f of time n over `dt`; leaves v_mean, the mean of both, with which
+/// v(n-1/2) -> v(n+1/2) by the corner forces and those of bonded particles of time n over `dt`; leaves v_mean, the mean of both, with which
 /// the forces do their work. Corner forces are gathered in fixed order.
 void kick_nodes(Mesh& mesh, double dt);
 

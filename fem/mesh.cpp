@@ -120,6 +120,23 @@ Vec3 at(const Mesh& mesh, std::size_t el, const std::vector<Vec3>& a, const Vec3
   return r;
 }
 
+void forget_pushes(Nodes& n) {
+  n.row_of_f.resize(n.size(), Nodes::not_pushed);
+  for (const auto nd : n.pushed) n.row_of_f[nd] = Nodes::not_pushed;
+  n.pushed.clear();
+  n.f.clear();
+}
+
+void push(Nodes& n, std::size_t nd, const Vec3& force) {
+  auto& row = n.row_of_f[nd];
+  if (row == Nodes::not_pushed) {
+    row = static_cast<std::uint32_t>(n.f.size());
+    n.pushed.push_back(static_cast<std::uint32_t>(nd));
+    n.f.push_back(Vec3::Zero());
+  }
+  n.f[row] += force;
+}
+
 void remove_element(Mesh& mesh, std::size_t el, bool keep_mass) {
   Elements& e = mesh.elements;
   e.alive[el] = 0;

@@ -23,10 +23,13 @@ struct Nodes {
   std::vector<core::Vec3> x;        ///< position [m]
   std::vector<core::Vec3> v;        ///< velocity [m/s]
   std::vector<core::Vec3> v_mean;   ///< mean of the velocities before and after the last kick [m/s]: does the forces' work
-  std::vector<core::Vec3> f;        ///< force of bonded particles [N]; empty before the first
+  std::vector<std::uint32_t> pushed;  ///< nodes that bonded particles act on
+  std::vector<core::Vec3> f;        ///< [pushed] what those do to them [N]
+  std::vector<std::uint32_t> row_of_f;  ///< [node] where it stands in the two, or not_pushed; empty before the first particle
   std::vector<double> m;            ///< lumped mass of the elements alive [kg]; 0: no longer part of anything
   std::vector<std::uint8_t> fixed;  ///< bits 1, 2, 4: no motion along x, y, z (symmetry planes)
   std::vector<std::uint8_t> awake;  ///< 1 where an element at the node is awake
+  static constexpr std::uint32_t not_pushed = 0xffffffff;
   std::size_t size() const { return m.size(); }
 };
 
@@ -138,9 +141,17 @@ inline core::Vec3 free_part(core::Vec3 a, int fixed) {
   return a;
 }
 
+/// No bonded particle acts on any node.
+void forget_pushes(Nodes& nodes);
+
+/// Adds to what bonded particles do to a node [N].
+void push(Nodes& nodes, std::size_t nd, const core::Vec3& force);
+
 /// What elements and bonded particles do to a node [N]; summed in fixed order.
 inline core::Vec3 force_at(const Mesh& mesh, std::size_t nd) {
-  core::Vec3 f = mesh.nodes.f.empty() ? core::Vec3(0, 0, 0) : mesh.nodes.f[nd];
+  const Nodes& n = mesh.nodes;
+  core::Vec3 f(0, 0, 0);
+  if (!n.pushed.empty() && n.row_of_f[nd] != Nodes::not_pushed) f = n.f[n.row_of_f[nd]];
   for (auto k = mesh.corner_start[nd]; k < mesh.corner_start[nd + 1]; ++k) {
     const double* at = &mesh.elements.corner_force[mesh.corners[k]];
     f[0] += at[0];
