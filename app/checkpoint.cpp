@@ -27,7 +27,8 @@ static void mesh_state(Archive& a, fem::Mesh& mesh) {
   each_point_field(a, "elements/points", e.pt);
   a("elements/deformation", e.deformation);
   a("elements/dt", e.dt), a("elements/dt_0", e.dt_0);
-  a("elements/corner_force", e.corner_force), a("elements/alive", e.alive);
+  for (std::size_t k = 0; k < e.corner_force.size(); ++k) a(fmt::format("elements/corner_force/{}", k), e.corner_force[k]);
+  a("elements/alive", e.alive);
   if (!e.hourglass.empty()) a("elements/hourglass", e.hourglass);
   if (!e.booked.empty()) a("elements/booked", e.booked);
   a("mesh/awake_blocks", mesh.awake_blocks), a("mesh/block_awake", mesh.block_awake);

@@ -259,8 +259,7 @@ static void limit_steps_of_cold_gas(Simulation& s) {
 }
 
 void begin(Simulation& s) {
-  // A step of no length: densities, sound speeds and stable steps from the one routine that all later steps use.
-  fem::update_awake_elements(s.mesh, s.materials, s.element_settings, {0.0, 1e-18});
+  fem::begin_elements(s.mesh, s.materials, s.element_settings, s.sleep_threshold >= 0);
   limit_steps_of_cold_gas(s);
   s.mesh.elements.dt_0 = s.mesh.elements.dt;
   std::fill(s.mesh.elements.deformation.begin(), s.mesh.elements.deformation.end(), 0.0);
@@ -274,7 +273,6 @@ void begin(Simulation& s) {
     coupling::fill_with_particles(s.mesh, s.particles, all, s.spec.particles_per_edge);
     s.mesh = fem::emptied(s.mesh);
   }
-  if (s.sleep_threshold >= 0) fem::sleep_resting(s.mesh);
   s.ledger.initial = totals(s);
   account(s);
 }

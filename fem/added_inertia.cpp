@@ -195,7 +195,7 @@ double add_inertia(Mesh& mesh, const std::vector<Slowed>& slowed) {
   for (std::size_t k = 0; k < slowed.size(); ++k) {
     const AtCorners f = inertia.against(k, a), momentum = inertia.against(k, v);
     for (std::size_t c = 0; c < 8; ++c) {
-      for (int d = 0; d < 3; ++d) mesh.elements.corner_force[corner_index(slowed[k].element, static_cast<int>(c), d)] += f[c][d];
+      for (int d = 0; d < 3; ++d) *force_of(mesh.elements, corner_index(slowed[k].element, static_cast<int>(c), d)) += f[c][d];
       energy -= 0.5 * momentum[c].dot(mesh.nodes.v[static_cast<std::size_t>(mesh.elements.node[slowed[k].element][c])]);
     }
   }

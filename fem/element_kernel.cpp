@@ -2,6 +2,7 @@
 // Compiled once for each instruction set (CMakeLists.txt); see element_kernel.hpp for what it does.
 #include "fem/element_kernel.hpp"
 
+#include <array>
 #include <cmath>
 
 #include "core/lane_math.hpp"
@@ -134,14 +135,13 @@ static Real hourglass_coefficient(const Context& k, std::size_t el, Real strain)
 /// thick blows up by itself, with at most two edges it does not.
 constexpr double flat = 2;
 
-/// One pack of elements starting at row el; returns the hourglass work [J].
-[[gnu::flatten]] static double update_pack(const Context& k, std::size_t el) {
+/// One pack of elements starting at row el, whose forces lie at `force`; returns the hourglass work [J].
+[[gnu::flatten]] static double update_pack(const Context& k, std::size_t el, double* force) {
   Elements& e = k.mesh.elements;
   const Nodes& n = k.mesh.nodes;
   const Lanes alive = alive_lanes(e, el);
   if (!core::any(alive)) return 0;
 
-  double* force = &e.corner_force[corner_index(el, 0, 0)];
   const Real mass = core::load<Real>(&e.pt.m[el]), volume_0 = core::load<Real>(&e.volume_0[el]);
   material::Point<Real> pt;
   load_point(e.pt, el, pt);
@@ -243,9 +243,12 @@ ElementSums update_elements(Mesh& mesh, const material::Material& material, cons
   constexpr std::size_t ahead = 2;
   const Context k{mesh, material, settings, times, ring};
   ElementSums sums;
+  alignas(64) std::array<double, 24 * block_size> none;  // forces of a block that rests
   for (std::size_t b = 0; b < blocks.size(); ++b) {
     if (b + ahead < blocks.size()) fetch_block(mesh.elements, mesh.nodes, blocks[b + ahead]);
-    for (std::size_t part = 0; part < block_size; part += W) sums.hourglass += update_pack(k, blocks[b] * block_size + part);
+    double* force = force_of(mesh.elements, corner_index(blocks[b] * block_size, 0, 0));
+    if (!force) none.fill(0), force = none.data();
+    for (std::size_t part = 0; part < block_size; part += W) sums.hourglass += update_pack(k, blocks[b] * block_size + part, force + part);
   }
   return sums;
 }

@@ -36,7 +36,7 @@ struct ElementSums {
   double hourglass = 0;  ///< work taken from the nodes by hourglass forces [J]
 };
 
-/// Brings the elements of the blocks (all of one material) to n + 1. ring: [element] 1 where particles act on its nodes; or empty.
+/// Brings the elements of the blocks (all of one material) to n + 1; forces are left where there is room for them. ring: [element] 1 where particles act on its nodes; or empty.
 ElementSums update_elements(Mesh& mesh, const material::Material& material, const ElementSettings& settings,
                             const StepTimes& times, std::span<const std::uint8_t> ring, std::span<const std::uint32_t> blocks);
 

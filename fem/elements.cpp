@@ -36,10 +36,9 @@ void drift_nodes(Mesh& mesh, double dt) {
   });
 }
 
-ElementSums update_awake_elements(Mesh& mesh, const std::vector<material::Material>& materials,
-                                  const ElementSettings& settings, const StepTimes& times, std::span<const std::uint8_t> ring) {
+static ElementSums update_blocks(Mesh& mesh, std::span<const std::uint32_t> blocks, const std::vector<material::Material>& materials,
+                                 const ElementSettings& settings, const StepTimes& times, std::span<const std::uint8_t> ring) {
   ElementSums total;
-  const auto& blocks = mesh.awake_blocks;
   constexpr std::size_t chunk = 16;
   std::vector<ElementSums> part;
   std::vector<std::size_t> chunks;  // first of each in the list
@@ -55,14 +54,19 @@ ElementSums update_awake_elements(Mesh& mesh, const std::vector<material::Materi
     chunks.push_back(static_cast<std::size_t>(last - blocks.begin()));
     const auto& material = materials[static_cast<std::size_t>(mesh.body_material[body])];
     core::for_each_block(part.size(), 1, [&](std::size_t k, std::size_t) {
-      part[k] = update_elements(mesh, material, settings, times, ring, std::span(blocks).subspan(chunks[k], chunks[k + 1] - chunks[k]));
+      part[k] = update_elements(mesh, material, settings, times, ring, blocks.subspan(chunks[k], chunks[k + 1] - chunks[k]));
     });
     for (const auto& p : part) total.hourglass += p.hourglass;
   }
   return total;
 }
 
-/// The sorted list of awake blocks in which something is alive, and which bodies have any awake.
+ElementSums update_awake_elements(Mesh& mesh, const std::vector<material::Material>& materials,
+                                  const ElementSettings& settings, const StepTimes& times, std::span<const std::uint8_t> ring) {
+  return update_blocks(mesh, mesh.awake_blocks, materials, settings, times, ring);
+}
+
+/// The sorted list of awake blocks in which something is alive, with room for their forces, and which bodies have any awake.
 static void list_awake(Mesh& mesh) {
   mesh.awake_blocks.clear();
   for (std::size_t body = 0; body < mesh.body_elements.size(); ++body) {
@@ -72,23 +76,7 @@ static void list_awake(Mesh& mesh) {
     mesh.body_awake[body] = mesh.awake_blocks.size() > before;
   }
   drop_dead_blocks(mesh);
-}
-
-void sleep_resting(Mesh& mesh) {
-  const Elements& e = mesh.elements;
-  std::fill(mesh.nodes.awake.begin(), mesh.nodes.awake.end(), 0);
-  for (std::size_t b = 0; b < mesh.block_awake.size(); ++b) {
-    bool moving = false;
-    for (std::size_t el = b * block_size; el < (b + 1) * block_size; ++el) {
-      moving = moving || e.pt.p[el] != 0;  // about to
-      for (const auto nd : e.node[el]) moving = moving || !mesh.nodes.v[static_cast<std::size_t>(nd)].isZero(0);
-    }
-    mesh.block_awake[b] = moving;
-    if (moving)
-      for (std::size_t el = b * block_size; el < (b + 1) * block_size; ++el)
-        for (const auto nd : e.node[el]) mesh.nodes.awake[static_cast<std::size_t>(nd)] = 1;
-  }
-  list_awake(mesh);
+  make_room_for_forces(mesh);
 }
 
 static bool wake_block(Mesh& mesh, std::size_t b) {
@@ -97,6 +85,39 @@ static bool wake_block(Mesh& mesh, std::size_t b) {
   for (std::size_t el = b * block_size; el < (b + 1) * block_size; ++el)
     for (const auto nd : mesh.elements.node[el]) mesh.nodes.awake[static_cast<std::size_t>(nd)] = 1;
   return true;
+}
+
+/// Is any node of the block in motion?
+static bool moves(const Mesh& mesh, std::size_t block) {
+  for (std::size_t el = block * block_size; el < (block + 1) * block_size; ++el)
+    for (const auto nd : mesh.elements.node[el])
+      if (!mesh.nodes.v[static_cast<std::size_t>(nd)].isZero(0)) return true;
+  return false;
+}
+
+static bool under_pressure(const Mesh& mesh, std::size_t block) {
+  const auto p = mesh.elements.pt.p.begin() + static_cast<std::ptrdiff_t>(block * block_size);
+  return std::any_of(p, p + block_size, [](double a) { return a != 0; });
+}
+
+void begin_elements(Mesh& mesh, const std::vector<material::Material>& materials, const ElementSettings& settings, bool may_sleep) {
+  const StepTimes none{0.0, 1e-18};
+  const std::vector<std::uint32_t> all = mesh.awake_blocks;
+  if (may_sleep) {
+    std::fill(mesh.nodes.awake.begin(), mesh.nodes.awake.end(), 0);
+    std::fill(mesh.block_awake.begin(), mesh.block_awake.end(), 0);
+    for (const auto b : all)
+      if (moves(mesh, b)) wake_block(mesh, b);
+    list_awake(mesh);
+  }
+  make_room_for_forces(mesh);
+  update_blocks(mesh, all, materials, settings, none, {});
+  std::vector<std::uint32_t> about_to_move;  // had no room for their forces
+  for (const auto b : all)
+    if (under_pressure(mesh, b) && wake_block(mesh, b)) about_to_move.push_back(b);
+  if (about_to_move.empty()) return;
+  list_awake(mesh);
+  update_blocks(mesh, about_to_move, materials, settings, none, {});
 }
 
 void wake_moving(Mesh& mesh, double threshold, bool struck_bodies) {

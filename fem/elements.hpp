@@ -22,8 +22,9 @@ void drift_nodes(Mesh& mesh, double dt);
 ElementSums update_awake_elements(Mesh& mesh, const std::vector<material::Material>& materials,
                                   const ElementSettings& settings, const StepTimes& times, std::span<const std::uint8_t> ring = {});
 
-/// Everything goes to sleep whose nodes are at rest; call at the start only.
-void sleep_resting(Mesh& mesh);
+/// The first states of elements: a step of no length by the routine that all later steps use. What rests and is under no pressure goes
+/// to sleep if it may.
+void begin_elements(Mesh& mesh, const std::vector<material::Material>& materials, const ElementSettings& settings, bool may_sleep);
 
 /// Nodes without elements that have passed a symmetry plane change places with their images, as particles do.
 void keep_in_front(const core::Symmetry& symmetry, Mesh& mesh);

@@ -66,7 +66,7 @@ void finish(Mesh& mesh) {
   Elements& e = mesh.elements;
   if (e.size() * 24 > std::numeric_limits<std::uint32_t>::max())
     throw core::CaseError(fmt::format("{} elements: at most {} can be numbered; choose a lower fidelity", e.size(), std::numeric_limits<std::uint32_t>::max() / 24));
-  e.corner_force.resize(e.size() * 24, 0.0);
+  e.corner_force.resize((e.size() * 24 + force_chunk - 1) / force_chunk);
   core::sort_into_rows(
       n.size(),
       [&](auto&& put) {
@@ -87,6 +87,11 @@ void finish(Mesh& mesh) {
   mesh.body_box.assign(mesh.body_nodes.size(), {});
   for (std::size_t b = 0; b < mesh.body_nodes.size(); ++b)
     for (std::size_t nd = mesh.body_nodes[b].first; nd < mesh.body_nodes[b].last; ++nd) mesh.body_box[b].add(n.x[nd]);
+}
+
+void make_room_for_forces(Mesh& mesh) {
+  for (const std::size_t b : mesh.awake_blocks)
+    if (auto& chunk = mesh.elements.corner_force[b * 24 * block_size / force_chunk]; chunk.empty()) chunk.assign(force_chunk, 0.0);
 }
 
 Mesh emptied(const Mesh& mesh) {
@@ -142,8 +147,8 @@ void remove_element(Mesh& mesh, std::size_t el, bool keep_mass) {
   e.alive[el] = 0;
   e.dt[el] = 1e300;
   e.pt.q[el] = 0;
-  for (int i = 0; i < 8; ++i)
-    for (int d = 0; d < 3; ++d) e.corner_force[corner_index(el, i, d)] = 0;
+  if (double* force = force_of(e, corner_index(el, 0, 0)))
+    for (std::size_t k = 0; k < 24; ++k) force[k * block_size] = 0;
   --mesh.n_alive;
   ++mesh.n_removed;
   if (keep_mass) return;

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/aligned.hpp"
 #include "core/box.hpp"
 #include "core/parallel.hpp"
 #include "core/points.hpp"
@@ -18,6 +19,7 @@
 namespace fem {
 
 constexpr std::size_t block_size = 8;
+constexpr std::size_t force_chunk = 128 * 24 * block_size;  ///< forces of so many blocks are stored together
 
 struct Nodes {
   std::vector<core::Vec3> x;        ///< position [m]
@@ -41,7 +43,8 @@ struct Elements {
   std::vector<double> ratio_0;      ///< Jacobian ratio as built [-]
   std::vector<double> dt;           ///< stable time step [s]; 1e300 where dead or asleep
   std::vector<double> dt_0;         ///< the first one [s]
-  std::vector<double> corner_force; ///< [block][corner * 3 + direction][lane] [N], of time n
+  /// [block][corner * 3 + direction][lane] [N], of time n, in chunks. One of blocks that have all slept from the start is empty: what rests exerts no force.
+  std::vector<core::Aligned<double>> corner_force;
   std::vector<double> booked;       ///< heat that stands in the ledger under names of its own, hourglass and contact [J]; empty unless elements erode
   std::vector<double> hourglass;    ///< [block][mode * 3 + direction][lane] [N]; empty unless the stiffness form is used
   std::vector<std::uint8_t> alive;  ///< 0: deleted, converted or padding
@@ -50,10 +53,20 @@ struct Elements {
   std::size_t n_blocks() const { return node.size() / block_size; }
 };
 
-/// Index into corner_force of component `direction` of the force at `corner` of element `el`.
+/// Index into corner_force, its chunks put together, of component `direction` of the force at `corner` of element `el`.
 inline std::size_t corner_index(std::size_t el, int corner, int direction) {
   return (el / block_size) * 24 * block_size + static_cast<std::size_t>(corner * 3 + direction) * block_size +
          el % block_size;
+}
+
+/// The force with that index; null where nothing has been awake.
+inline double* force_of(Elements& e, std::size_t index) {
+  auto& chunk = e.corner_force[index / force_chunk];
+  return chunk.empty() ? nullptr : &chunk[index % force_chunk];
+}
+inline const double* force_of(const Elements& e, std::size_t index) {
+  const auto& chunk = e.corner_force[index / force_chunk];
+  return chunk.empty() ? nullptr : &chunk[index % force_chunk];
 }
 
 /// The element whose corner has its force there.
@@ -112,8 +125,11 @@ void add_empty_body(Mesh& mesh, int material);
 /// The same bodies with nothing in them: what is left where all are made of particles.
 Mesh emptied(const Mesh& mesh);
 
-/// Node-to-corner rows, lumped masses, room for forces, everything awake. Call once, after the last body.
+/// Node-to-corner rows, lumped masses, everything awake. Call once, after the last body.
 void finish(Mesh& mesh);
+
+/// Room for the corner forces of blocks that are awake.
+void make_room_for_forces(Mesh& mesh);
 
 /// f(node) for every node of bodies that are awake, in no particular order.
 template <class F>
@@ -153,7 +169,8 @@ inline core::Vec3 force_at(const Mesh& mesh, std::size_t nd) {
   core::Vec3 f(0, 0, 0);
   if (!n.pushed.empty() && n.row_of_f[nd] != Nodes::not_pushed) f = n.f[n.row_of_f[nd]];
   for (auto k = mesh.corner_start[nd]; k < mesh.corner_start[nd + 1]; ++k) {
-    const double* at = &mesh.elements.corner_force[mesh.corners[k]];
+    const double* at = force_of(mesh.elements, mesh.corners[k]);
+    if (!at) continue;
     f[0] += at[0];
     f[1] += at[block_size];
     f[2] += at[2 * block_size];

@@ -19,6 +19,7 @@ fem::Mesh mesh_of(const fem::HexMesh& hexes) {
   fem::Mesh mesh;
   fem::add_body(mesh, hexes, 0, rho);
   fem::finish(mesh);
+  fem::make_room_for_forces(mesh);
   std::fill(mesh.elements.pt.c.begin(), mesh.elements.pt.c.end(), 1000.0);
   std::fill(mesh.elements.dt.begin(), mesh.elements.dt.end(), 1.0);
   mesh.elements.dt_0 = mesh.elements.dt;
@@ -26,7 +27,7 @@ fem::Mesh mesh_of(const fem::HexMesh& hexes) {
 }
 
 void set_force(fem::Mesh& mesh, std::size_t el, int corner, const Vec3& f) {
-  for (int d = 0; d < 3; ++d) mesh.elements.corner_force[fem::corner_index(el, corner, d)] = f[d];
+  for (int d = 0; d < 3; ++d) *fem::force_of(mesh.elements, fem::corner_index(el, corner, d)) = f[d];
 }
 
 /// Corner forces that f(x) gives a cube about the origin, before and after three masses of inertia are added: the ratio along f.

@@ -57,7 +57,7 @@ TEST(PatchTest, AffineMotionGivesConstantStressAndNoForceInside) {
       Vec3 sum = Vec3::Zero();
       for (std::size_t k = from; k < to; ++k) {
         Vec3 f;
-        for (std::size_t d = 0; d < 3; ++d) f[static_cast<int>(d)] = s.mesh.elements.corner_force[s.mesh.corners[k] + d * fem::block_size];
+        for (std::size_t d = 0; d < 3; ++d) f[static_cast<int>(d)] = *fem::force_of(s.mesh.elements, s.mesh.corners[k] + d * fem::block_size);
         sum += f;
         one = std::max(one, f.norm());
       }
