@@ -3,6 +3,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <malloc.h>
 #include <sys/file.h>
 #include <unistd.h>
 
@@ -233,12 +234,15 @@ static void advance_to_end(Simulation& s, Output& out) {
   progress.end();
 }
 
-/// Frees what only a further step would need.
+/// Gives back to the system what only a further step would need: neither stored nor measured.
 static void end_steps(Simulation& s) {
   const auto builds = s.hood.builds;
   core::free_all(s.hood, s.contact.lists, s.contact.changes, s.bond, s.correction, s.velocity_gradient);
   s.hood.builds = builds;
-  core::free_all(s.mesh.elements.corner_force, s.mesh.corners, s.mesh.nodes.v_mean, s.mesh.nodes.row_of_f);
+  auto& e = s.mesh.elements;
+  core::free_all(e.corner_force, e.hourglass, e.booked, e.volume_0, e.deformation, e.ratio_0, e.dt, e.dt_0, e.pt.q, e.pt.c, e.pt.s);
+  core::free_all(s.mesh.corners, s.mesh.corner_start, s.mesh.nodes.v_mean, s.mesh.nodes.row_of_f);
+  malloc_trim(0);  // room that lies between what is kept
 }
 
 /// References to what nothing is measured by: misspelt, or of what this scene does not have.

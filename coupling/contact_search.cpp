@@ -208,6 +208,7 @@ static Districts leave_quiet(const fem::Mesh& mesh, const std::vector<fem::Face>
     else
       l.points[kept++] = l.points[k];
   l.points.resize(kept);
+  l.points.shrink_to_fit();  // where most were quiet
   return districts;
 }
 

@@ -2,6 +2,7 @@
 #include "fem/surface.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <iterator>
 #include <tuple>
 
@@ -57,6 +58,7 @@ static void list_faces(const Mesh& mesh, Surface& s) {
     for (int f = 0; s.alive[el] && f < 6; ++f)
       if (!alive_then(s, across(mesh, el, f)) && !on_symmetry_plane(mesh, el, f)) exposed[el] = static_cast<std::uint8_t>(exposed[el] | 1 << f);
   });
+  s.new_faces.reserve(core::sum(exposed.size(), std::size_t{0}, [&](std::size_t el) { return static_cast<std::size_t>(std::popcount(exposed[el])); }));
   for (std::size_t el = 0; el < exposed.size(); ++el)
     for (std::uint8_t f = 0; f < 6; ++f)
       if (exposed[el] >> f & 1) s.new_faces.push_back({static_cast<std::uint32_t>(el), f});
@@ -84,9 +86,7 @@ static void follow_removed(const Mesh& mesh, Surface& s) {
 }
 
 void update_surface(const Mesh& mesh, Surface& s) {
-  s.new_faces.clear();
-  s.new_nodes.clear();
-  s.lost_nodes.clear();
+  core::free_all(s.new_faces, s.new_nodes, s.lost_nodes);  // of the first time, all there are
   if (s.built && s.n_removed == mesh.n_removed) return;
   s.built ? follow_removed(mesh, s) : list_faces(mesh, s);
   s.built = true;
