@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <span>
 #include <sstream>
 
 #include "app/summary.hpp"
@@ -19,6 +20,26 @@ static void each_point_field(Archive& a, const std::string& name, core::Points& 
   pt.each_field([&](std::vector<double>& field) { a(fmt::format("{}/{}", name, k++), field); });
 }
 
+/// Of blocks that are or have been awake, many chunks an array.
+template <class Archive>
+static void force_state(Archive& a, fem::Mesh& mesh) {
+  constexpr std::size_t together = 512;
+  auto& chunks = mesh.elements.corner_force;
+  fem::make_room_for_forces(mesh);
+  for (std::size_t first = 0; first < chunks.size(); first += together) {
+    const std::span some = std::span(chunks).subspan(first, std::min(together, chunks.size() - first));
+    std::vector<double> forces;
+    for (const auto& chunk : some) forces.insert(forces.end(), chunk.begin(), chunk.end());
+    a(fmt::format("elements/corner_force/{}", first), forces);
+    auto from = forces.begin();
+    for (auto& chunk : some) {
+      const auto to = from + static_cast<std::ptrdiff_t>(chunk.size());
+      std::copy(from, to, chunk.begin());
+      from = to;
+    }
+  }
+}
+
 template <class Archive>
 static void mesh_state(Archive& a, fem::Mesh& mesh) {
   auto& n = mesh.nodes;
@@ -27,12 +48,12 @@ static void mesh_state(Archive& a, fem::Mesh& mesh) {
   each_point_field(a, "elements/points", e.pt);
   a("elements/deformation", e.deformation);
   a("elements/dt", e.dt), a("elements/dt_0", e.dt_0);
-  for (std::size_t k = 0; k < e.corner_force.size(); ++k) a(fmt::format("elements/corner_force/{}", k), e.corner_force[k]);
   a("elements/alive", e.alive);
   if (!e.hourglass.empty()) a("elements/hourglass", e.hourglass);
   if (!e.booked.empty()) a("elements/booked", e.booked);
   a("mesh/awake_blocks", mesh.awake_blocks), a("mesh/block_awake", mesh.block_awake);
   a("mesh/body_awake", mesh.body_awake);
+  force_state(a, mesh);
   a("mesh/n_alive", mesh.n_alive), a("mesh/n_removed", mesh.n_removed);
 }
 

@@ -122,6 +122,7 @@ static void contest(const ContactLists& l, ContactBin& bin) {
 
 static void list_points(const fem::Mesh& mesh, const sph::Particles& particles, ContactLists& l) {
   l.points.clear();
+  l.points.reserve(l.surface.nodes.size() + particles.size());
   std::size_t body = 0;
   for (const auto nd : l.surface.nodes) {
     while (!mesh.body_nodes[body].contains(nd)) ++body;
@@ -293,6 +294,7 @@ void make_lists(const fem::Mesh& mesh, const sph::Particles& particles, std::spa
   leave_out(times_to_meet, time, dt, l);
   list_points(mesh, particles, l);
   std::vector<fem::Face> faces;
+  faces.reserve(l.surface.faces.size());
   for (const auto& f : l.surface.faces)
     if (!l.left_out[mesh.elements.body[f.element]]) faces.push_back(f);
   l.faces.clear();

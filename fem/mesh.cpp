@@ -90,8 +90,8 @@ void finish(Mesh& mesh) {
 }
 
 void make_room_for_forces(Mesh& mesh) {
-  for (const std::size_t b : mesh.awake_blocks)
-    if (auto& chunk = mesh.elements.corner_force[b * 24 * block_size / force_chunk]; chunk.empty()) chunk.assign(force_chunk, 0.0);
+  for (std::size_t b = 0; b < mesh.block_awake.size(); ++b)
+    if (auto& chunk = mesh.elements.corner_force[b / blocks_in_chunk]; mesh.block_awake[b] && chunk.empty()) chunk.assign(force_chunk, 0.0);
 }
 
 Mesh emptied(const Mesh& mesh) {

@@ -19,7 +19,8 @@
 namespace fem {
 
 constexpr std::size_t block_size = 8;
-constexpr std::size_t force_chunk = 128 * 24 * block_size;  ///< forces of so many blocks are stored together
+constexpr std::size_t blocks_in_chunk = 8;                             ///< whose corner forces are stored together ...
+constexpr std::size_t force_chunk = blocks_in_chunk * 24 * block_size;  ///< ... and how many numbers that are
 
 struct Nodes {
   std::vector<core::Vec3> x;        ///< position [m]
@@ -128,7 +129,7 @@ Mesh emptied(const Mesh& mesh);
 /// Node-to-corner rows, lumped masses, everything awake. Call once, after the last body.
 void finish(Mesh& mesh);
 
-/// Room for the corner forces of blocks that are awake.
+/// Room for the corner forces of blocks that are or have been awake.
 void make_room_for_forces(Mesh& mesh);
 
 /// f(node) for every node of bodies that are awake, in no particular order.

@@ -52,8 +52,8 @@ class ArchiveWriter {
   ArchiveWriter(const ArchiveWriter&) = delete;
   ArchiveWriter& operator=(const ArchiveWriter&) = delete;
 
-  template <class T, class Memory>
-  void operator()(const std::string& name, const std::vector<T, Memory>& value) {
+  template <class T>
+  void operator()(const std::string& name, const std::vector<T>& value) {
     using S = Stored<T>;
     static_assert(sizeof(T) == sizeof(typename S::Number) * (S::columns ? S::columns : 1));
     file_->write(name, reinterpret_cast<const typename S::Number*>(value.data()), value.size(), S::columns);
@@ -110,8 +110,8 @@ class ArchiveSize {
  public:
   double bytes = 0;
 
-  template <class T, class Memory>
-  void operator()(const std::string&, const std::vector<T, Memory>& value) {
+  template <class T>
+  void operator()(const std::string&, const std::vector<T>& value) {
     bytes += static_cast<double>(value.size() * sizeof(T));
   }
   template <class T>
@@ -129,8 +129,8 @@ class ArchiveReader {
 
   bool has(const std::string& name) const { return file_.has(name); }
 
-  template <class T, class Memory>
-  void operator()(const std::string& name, std::vector<T, Memory>& value) const {
+  template <class T>
+  void operator()(const std::string& name, std::vector<T>& value) const {
     using S = Stored<T>;
     const hdf5::Extent extent = file_.extent(name);
     check_columns(name, extent, S::columns);
