@@ -19,9 +19,9 @@ namespace app {
 
 constexpr double most_trend = 1.0;  ///< powers of h; more is the scatter of two coarse pilots and no trend
 
-/// What a run holds beyond the state as built, for each element: contact's lists, a part of the output on its way; and where a cloud is
+/// What a run holds beyond the state as built, for each element: contact's lists; and where a cloud is
 /// measured on its way to the next plate, a copy of each element and particle, and what each symmetry copy takes.
-constexpr double more_bytes_per_element = 60, measured_bytes_per_row = 300, measured_bytes_per_copy = 90;
+constexpr double more_bytes_per_element = 45, measured_bytes_per_row = 300, measured_bytes_per_copy = 90;
 constexpr double small_arrays = 15e6;  ///< of any run: buffers, grids of measurements
 
 /// The first pilot may take this many budgets, for one that ends says more than any other.
@@ -205,6 +205,12 @@ static double bytes_per_particle() {
   return rows + sph::Actors::bytes_each + scratch + tree + lists / n;
 }
 
+/// Of corner forces that there is no room for yet.
+static double bytes_to_wake(const fem::Elements& e) {
+  const auto asleep = std::count_if(e.corner_force.begin(), e.corner_force.end(), [](const auto& chunk) { return chunk.empty(); });
+  return static_cast<double>(asleep) * fem::blocks_in_chunk * fem::block_size * 24 * sizeof(double);
+}
+
 Cost predict_cost(const Simulation& built, double budget) {
   const Size wanted = size_of(built);
   const double memory = resident_bytes();
@@ -250,7 +256,7 @@ Cost predict_cost(const Simulation& built, double budget) {
   c.bytes = small_arrays + (particles_alone ? static_cast<double>(built.particles.size()) : c.particles) * bytes_per_particle();
   const double measured = built.scene.plates.size() > 1 ? measured_bytes_per_row + measured_bytes_per_copy * built.spec.symmetry.copies() : 0.0;
   c.bytes += measured * c.particles;
-  if (!particles_alone) c.bytes += memory + (more_bytes_per_element + measured) * wanted.n_elements;
+  if (!particles_alone) c.bytes += memory + bytes_to_wake(built.mesh.elements) + (more_bytes_per_element + measured) * wanted.n_elements;
   c.pilot_across = static_cast<int>(last.size.across);
   c.pilot_part = last.reached;
   c.pilot_seconds = spent;

@@ -137,7 +137,7 @@ static double cold_deficit(const Simulation& s) {
   return core::sum(fem::block_size * s.mesh.awake_blocks.size(), 0.0,
                    [&](std::size_t k) {
                      const std::size_t el = s.mesh.awake_blocks[k / fem::block_size] * fem::block_size + k % fem::block_size;
-                     return e.alive[el] ? missing(e.pt, el, e.body[el]) : 0.0;
+                     return e.alive[el] ? missing(e.pt, el, e.body(el)) : 0.0;
                    }) +
          core::sum(p.size(), 0.0, [&](std::size_t i) { return missing(p.pt, i, p.body[i]); });
 }
@@ -147,10 +147,10 @@ void check_tables(Simulation& s) {
   for (std::size_t k = 0; k < s.materials.size(); ++k) {
     const auto* table = std::get_if<eos::Sesame>(&s.materials[k].eos);
     if (!table || s.off_table[k]) continue;
-    const auto search = [&](const core::Points& pt, const auto& body, std::size_t n, const char* kind, auto&& present) {
+    const auto search = [&](const core::Points& pt, auto&& body, std::size_t n, const char* kind, auto&& present) {
       std::size_t count = 0, first = n;
       for (std::size_t i = n; i-- > 0;)
-        if (present(i) && s.mesh.body_material[body[i]] == static_cast<int>(k) && !eos::inside(*table, pt.rho[i], pt.e[i])) ++count, first = i;
+        if (present(i) && s.mesh.body_material[body(i)] == static_cast<int>(k) && !eos::inside(*table, pt.rho[i], pt.e[i])) ++count, first = i;
       if (count == 0 || s.off_table[k]) return;
       for (std::size_t j = 0; j < s.materials.size(); ++j)  // bodies may share it
         if (s.materials[j].name == s.materials[k].name) s.off_table[j] = 1;
@@ -162,8 +162,8 @@ void check_tables(Simulation& s) {
           eos::range_text(*table, pt.rho[first])));
     };
     const auto& e = s.mesh.elements;
-    search(e.pt, e.body, e.size(), "element", [&](std::size_t i) { return e.alive[i] != 0; });
-    search(s.particles.pt, s.particles.body, s.particles.size(), "particle", [](std::size_t) { return true; });
+    search(e.pt, [&](std::size_t i) { return e.body(i); }, e.size(), "element", [&](std::size_t i) { return e.alive[i] != 0; });
+    search(s.particles.pt, [&](std::size_t i) { return s.particles.body[i]; }, s.particles.size(), "particle", [](std::size_t) { return true; });
   }
 }
 
@@ -193,15 +193,16 @@ void check_peaks(Simulation& s) {
   double most = 0;
   std::size_t n = 0;
   std::string who;
-  const auto look = [&](const core::Points& pt, const auto& body, const char* kind, auto&& present) {
+  const auto look = [&](const core::Points& pt, auto&& body, const char* kind, auto&& present) {
     for (std::size_t i = 0; i < pt.size(); ++i) {
       if (!present(i) || !(pt.p_max[i] > limit)) continue;
       ++n;
-      if (pt.p_max[i] > most) most = pt.p_max[i], who = fmt::format("{} of body \"{}\"", kind, s.spec.bodies[body[i]].name);
+      if (pt.p_max[i] > most) most = pt.p_max[i], who = fmt::format("{} of body \"{}\"", kind, s.spec.bodies[body(i)].name);
     }
   };
-  look(s.mesh.elements.pt, s.mesh.elements.body, "an element", [&](std::size_t i) { return s.mesh.elements.alive[i] != 0; });
-  look(s.particles.pt, s.particles.body, "a particle", [](std::size_t) { return true; });
+  const auto& e = s.mesh.elements;
+  look(e.pt, [&](std::size_t i) { return e.body(i); }, "an element", [&](std::size_t i) { return e.alive[i] != 0; });
+  look(s.particles.pt, [&](std::size_t i) { return s.particles.body[i]; }, "a particle", [](std::size_t) { return true; });
   if (n == 0) return;
   s.warnings.push_back(fmt::format(
       "{} has borne {:.4g} GPa, and {} more than {:.4g} GPa, which two shocks of these bodies' speeds make where they meet head on: no shock explains "

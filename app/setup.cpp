@@ -171,12 +171,12 @@ static void warn_of_mismatch(const io::Case& spec, const std::vector<PlacedBody>
 
 /// The column of elements built next to the line of flight: where the pressure on the axis is read.
 static void mark_axis(Simulation& s) {
-  s.on_axis.assign(s.mesh.elements.size(), 0);
+  s.on_axis.clear();
   if (s.scene.impact_velocity.isZero(0)) return;
   const Vec3 along = s.scene.impact_velocity.normalized();
-  for (std::size_t el = 0; el < s.mesh.elements.size(); ++el) {
+  for (std::uint32_t el = 0; el < s.mesh.elements.size(); ++el) {
     const Vec3 d = fem::centre(s.mesh, el, s.mesh.nodes.x) - s.scene.aim;
-    s.on_axis[el] = (d - d.dot(along) * along).norm() <= 1.25 * s.scene.element_size;
+    if ((d - d.dot(along) * along).norm() <= 1.25 * s.scene.element_size) s.on_axis.push_back(el);
   }
 }
 

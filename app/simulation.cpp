@@ -123,8 +123,8 @@ static void remove_distorted(Simulation& s) {
     for (const auto el : flagged) {
       const auto& e = s.mesh.elements;
       s.peak_removed = std::max(s.peak_removed, e.pt.p_max[el]);
-      if (s.on_axis[el]) s.peak_removed_axis = std::max(s.peak_removed_axis, e.pt.p_max[el]);
-      if (!s.spec.keep_nodes) s.taken_along[e.body[el]] += e.pt.m[el] * (fem::centre(s.mesh, el, s.mesh.nodes.v) - s.scene.bodies[e.body[el]].velocity);
+      if (std::binary_search(s.on_axis.begin(), s.on_axis.end(), el)) s.peak_removed_axis = std::max(s.peak_removed_axis, e.pt.p_max[el]);
+      if (!s.spec.keep_nodes) s.taken_along[e.body(el)] += e.pt.m[el] * (fem::centre(s.mesh, el, s.mesh.nodes.v) - s.scene.bodies[e.body(el)].velocity);
     }
     const auto r = coupling::erode_elements(s.mesh, flagged, s.spec.keep_nodes);
     s.ledger.eroded_kinetic += r.eroded_kinetic;
@@ -222,7 +222,7 @@ void choose_step(Simulation& s, double stop) {
     throw core::GuardError(fmt::format(
         "element {} of body \"{}\" is about to turn inside out at step {}, t = {:.4g} us: its stable step has fallen to {:.2g} "
         "of the first one (limit {:g}); {}",
-        el.index, s.mesh.elements.body[el.index] < s.spec.bodies.size() ? s.spec.bodies[s.mesh.elements.body[el.index]].name : "",
+        el.index, s.mesh.elements.body(el.index) < s.spec.bodies.size() ? s.spec.bodies[s.mesh.elements.body(el.index)].name : "",
         s.steps, s.time * 1e6, el.value / s.mesh.elements.dt_0[el.index], collapsed, advice(s)));
   const auto pt = smallest_particle_step(s);
   const double elements = fem::step_with_few_slowed(s.mesh, el);

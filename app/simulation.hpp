@@ -72,7 +72,7 @@ struct Simulation {
   Work work;
   std::vector<core::Vec3f> built;          ///< [element] centres as built [m]; scene.built sees them
   measure::Scene scene;
-  std::vector<std::uint8_t> on_axis;       ///< [element] built within one element of the line of flight
+  std::vector<std::uint32_t> on_axis;      ///< elements built within one element of the line of flight, ascending
   std::vector<measure::Value> frozen;      ///< clouds as they were just before they met the next plate
   std::vector<std::uint8_t> cloud_frozen;  ///< [plate]
   double clouds_due = 0;                   ///< before this time none of them can be near the next plate [s]

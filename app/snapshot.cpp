@@ -58,7 +58,7 @@ void give_snapshot(const Simulation& s, io::SnapshotSink& to) {
   point("damage", e.pt.damage, p.pt.damage);
   point("peak_pressure", e.pt.p_max, p.pt.p_max);
   rows("speed", [&](std::size_t el) { return fem::centre(s.mesh, el, s.mesh.nodes.v).norm(); }, [&](std::size_t i) { return p.v[i].norm(); });
-  rows("body", [&](std::size_t el) { return e.body[el]; }, [&](std::size_t i) { return p.body[i]; });
+  rows("body", [&](std::size_t el) { return e.body(el); }, [&](std::size_t i) { return p.body[i]; });
   rows("size", edge(e.pt), edge(p.pt));
   rows("id", [&](std::size_t el) { return static_cast<double>(el); }, [&](std::size_t i) { return p.parent[i]; });
 
@@ -252,14 +252,13 @@ measure::Scene scene_now(const Simulation& s) {
   add_impulses(s, scene);
   double all = s.peak_removed, axis = s.peak_removed_axis;
   const auto& e = s.mesh.elements;
-  for (std::size_t el = 0; el < e.size(); ++el) {
-    if (!e.alive[el]) continue;
-    all = std::max(all, e.pt.p_max[el]);
-    if (s.on_axis[el]) axis = std::max(axis, e.pt.p_max[el]);
-  }
+  for (std::size_t el = 0; el < e.size(); ++el)
+    if (e.alive[el]) all = std::max(all, e.pt.p_max[el]);
+  for (const auto el : s.on_axis)
+    if (el < e.size() && e.alive[el]) axis = std::max(axis, e.pt.p_max[el]);
   for (std::size_t i = 0; i < s.particles.size(); ++i) {
     all = std::max(all, s.particles.pt.p_max[i]);
-    if (s.on_axis[s.particles.parent[i]]) axis = std::max(axis, s.particles.pt.p_max[i]);
+    if (std::binary_search(s.on_axis.begin(), s.on_axis.end(), s.particles.parent[i])) axis = std::max(axis, s.particles.pt.p_max[i]);
   }
   scene.peak_pressure_axis = s.peak_impact > 0 ? s.peak_impact : axis;
   scene.peak_pressure_max = all;

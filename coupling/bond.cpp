@@ -259,7 +259,7 @@ void fill_foreign(const fem::Mesh& mesh, const Bond& bond, sph::Neighbourhood& h
     a.strain[i].spread = 1;
     a.p_contact[i] = single(std::max(e.pt.p[el], 0.0));
     constexpr int stranger = 1 << 20;  // a body that no particle belongs to
-    a.kind[i] = sph::kind_of_body(bond.hold ? e.body[el] : stranger + e.body[el]) | sph::foreign_bit;
+    a.kind[i] = sph::kind_of_body(bond.hold ? e.body(el) : stranger + e.body(el)) | sph::foreign_bit;
   });
 }
 

@@ -48,7 +48,7 @@ static FaceNodes face_nodes(const fem::Mesh& mesh, const fem::Face& face) {
   return node;
 }
 
-static ContactFace contact_face(const fem::Mesh& mesh, const fem::Face& face) { return {face, face_nodes(mesh, face), mesh.elements.body[face.element], {}}; }
+static ContactFace contact_face(const fem::Mesh& mesh, const fem::Face& face) { return {face, face_nodes(mesh, face), mesh.elements.body(face.element), {}}; }
 
 static std::int32_t body_of_node(const fem::Mesh& mesh, std::size_t nd) {
   for (std::size_t b = 0; b < mesh.body_nodes.size(); ++b)
@@ -296,7 +296,7 @@ void make_lists(const fem::Mesh& mesh, const sph::Particles& particles, std::spa
   std::vector<fem::Face> faces;
   faces.reserve(l.surface.faces.size());
   for (const auto& f : l.surface.faces)
-    if (!l.left_out[mesh.elements.body[f.element]]) faces.push_back(f);
+    if (!l.left_out[mesh.elements.body(f.element)]) faces.push_back(f);
   l.faces.clear();
   l.quiet.clear();
   l.origin = mesh.nodes.x[0];

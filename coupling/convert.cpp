@@ -124,7 +124,7 @@ static double make_particles(fem::Mesh& mesh, sph::Particles& p, std::size_t el,
     p.x[i] = fem::at(mesh, el, mesh.nodes.x, xi);
     p.v[i] = fem::at(mesh, el, mesh.nodes.v, xi);
     p.v_mean[i] = p.v[i];
-    p.body[i] = e.body[el];
+    p.body[i] = e.body(el);
     p.parent[i] = static_cast<std::uint32_t>(el);
     p.id[i] = static_cast<std::uint32_t>(i);
     p.spread[i] = 1;

@@ -105,7 +105,7 @@ void flag_blocks(const Mesh& mesh, const Criteria& criteria, const std::vector<d
     const std::size_t first = blocks[b] * block_size;
     unsigned bits = 0;
     for (std::size_t part = 0; part < block_size; part += W) {
-      const Lanes flag = flag_pack(k, first + part, rho_0[mesh.elements.body[first]]);
+      const Lanes flag = flag_pack(k, first + part, rho_0[mesh.elements.body(first)]);
       if (core::any(flag))
         for (std::size_t l = 0; l < W; ++l) bits |= static_cast<unsigned>(flag[static_cast<int>(l)]) << (part + l);
     }

@@ -115,6 +115,7 @@ struct Context {
   const ElementSettings& settings;
   const StepTimes& times;
   std::span<const std::uint8_t> ring;
+  double* none;  ///< in place of forces where there is no room for them: in a step of no length
 };
 
 /// Coefficient of the hourglass control. Particles push and pull single nodes of the elements beside them, which no mean strain
@@ -135,13 +136,15 @@ static Real hourglass_coefficient(const Context& k, std::size_t el, Real strain)
 /// thick blows up by itself, with at most two edges it does not.
 constexpr double flat = 2;
 
-/// One pack of elements starting at row el, whose forces lie at `force`; returns the hourglass work [J].
-[[gnu::flatten]] static double update_pack(const Context& k, std::size_t el, double* force) {
+/// One pack of elements starting at row el; returns the hourglass work [J].
+[[gnu::flatten]] static double update_pack(const Context& k, std::size_t el) {
   Elements& e = k.mesh.elements;
   const Nodes& n = k.mesh.nodes;
   const Lanes alive = alive_lanes(e, el);
   if (!core::any(alive)) return 0;
 
+  double* force = force_of(e, corner_index(el, 0, 0));
+  if (!force) force = k.none;
   const Real mass = core::load<Real>(&e.pt.m[el]), volume_0 = core::load<Real>(&e.volume_0[el]);
   material::Point<Real> pt;
   load_point(e.pt, el, pt);
@@ -241,14 +244,12 @@ constexpr double flat = 2;
 ElementSums update_elements(Mesh& mesh, const material::Material& material, const ElementSettings& settings,
                             const StepTimes& times, std::span<const std::uint8_t> ring, std::span<const std::uint32_t> blocks) {
   constexpr std::size_t ahead = 2;
-  const Context k{mesh, material, settings, times, ring};
+  alignas(64) std::array<double, 24 * block_size> none{};
+  const Context k{mesh, material, settings, times, ring, none.data()};
   ElementSums sums;
-  alignas(64) std::array<double, 24 * block_size> none;  // forces of a block that rests
   for (std::size_t b = 0; b < blocks.size(); ++b) {
     if (b + ahead < blocks.size()) fetch_block(mesh.elements, mesh.nodes, blocks[b + ahead]);
-    double* force = force_of(mesh.elements, corner_index(blocks[b] * block_size, 0, 0));
-    if (!force) none.fill(0), force = none.data();
-    for (std::size_t part = 0; part < block_size; part += W) sums.hourglass += update_pack(k, blocks[b] * block_size + part, force + part);
+    for (std::size_t part = 0; part < block_size; part += W) sums.hourglass += update_pack(k, blocks[b] * block_size + part);
   }
   return sums;
 }

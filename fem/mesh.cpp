@@ -41,7 +41,7 @@ void add_body(Mesh& mesh, HexMesh body, int material, double rho_0) {
     for (auto& c : e.node[el]) c += static_cast<std::int32_t>(n0);
   e.alive.resize(e0 + count, 1);
   e.alive.resize(e1, 0);
-  e.body.resize(e1, static_cast<std::uint16_t>(number));
+  e.block_body.resize(e1 / block_size, static_cast<std::uint16_t>(number));
   mesh.n_alive += count;
   e.pt.resize(e1);
   e.deformation.resize(e1, 0.0);
@@ -64,9 +64,10 @@ void add_body(Mesh& mesh, HexMesh body, int material, double rho_0) {
 void finish(Mesh& mesh) {
   Nodes& n = mesh.nodes;
   Elements& e = mesh.elements;
-  if (e.size() * 24 > std::numeric_limits<std::uint32_t>::max())
-    throw core::CaseError(fmt::format("{} elements: at most {} can be numbered; choose a lower fidelity", e.size(), std::numeric_limits<std::uint32_t>::max() / 24));
-  e.corner_force.resize((e.size() * 24 + force_chunk - 1) / force_chunk);
+  e.corner_force.resize((e.n_blocks() + blocks_in_chunk - 1) / blocks_in_chunk);
+  constexpr std::size_t most_chunks = std::numeric_limits<std::uint32_t>::max() / numbers_in_chunk;
+  if (e.corner_force.size() > most_chunks)
+    throw core::CaseError(fmt::format("{} elements: at most {} can be numbered; choose a lower fidelity", e.size(), most_chunks * blocks_in_chunk * block_size));
   core::sort_into_rows(
       n.size(),
       [&](auto&& put) {
@@ -91,7 +92,8 @@ void finish(Mesh& mesh) {
 
 void make_room_for_forces(Mesh& mesh) {
   for (std::size_t b = 0; b < mesh.block_awake.size(); ++b)
-    if (auto& chunk = mesh.elements.corner_force[b / blocks_in_chunk]; mesh.block_awake[b] && chunk.empty()) chunk.assign(force_chunk, 0.0);
+    if (auto& chunk = mesh.elements.corner_force[b / blocks_in_chunk]; mesh.block_awake[b] && chunk.empty())
+      chunk.assign(blocks_in_chunk * 24 * block_size, 0.0);
 }
 
 Mesh emptied(const Mesh& mesh) {

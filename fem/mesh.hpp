@@ -19,8 +19,8 @@
 namespace fem {
 
 constexpr std::size_t block_size = 8;
-constexpr std::size_t blocks_in_chunk = 8;                             ///< whose corner forces are stored together ...
-constexpr std::size_t force_chunk = blocks_in_chunk * 24 * block_size;  ///< ... and how many numbers that are
+constexpr std::size_t blocks_in_chunk = 8;      ///< whose corner forces are stored together
+constexpr std::size_t numbers_in_chunk = 2048;  ///< of those forces, not all of them used: a power of two, for the kick looks each of them up
 
 struct Nodes {
   std::vector<core::Vec3> x;        ///< position [m]
@@ -49,31 +49,33 @@ struct Elements {
   std::vector<double> booked;       ///< heat that stands in the ledger under names of its own, hourglass and contact [J]; empty unless elements erode
   std::vector<double> hourglass;    ///< [block][mode * 3 + direction][lane] [N]; empty unless the stiffness form is used
   std::vector<std::uint8_t> alive;  ///< 0: deleted, converted or padding
-  std::vector<std::uint16_t> body;
+  std::vector<std::uint16_t> block_body;  ///< [block]
   std::size_t size() const { return node.size(); }
+  std::uint16_t body(std::size_t el) const { return block_body[el / block_size]; }
   std::size_t n_blocks() const { return node.size() / block_size; }
 };
 
-/// Index into corner_force, its chunks put together, of component `direction` of the force at `corner` of element `el`.
+/// Number in corner_force of component `direction` of the force at `corner` of element `el`.
 inline std::size_t corner_index(std::size_t el, int corner, int direction) {
-  return (el / block_size) * 24 * block_size + static_cast<std::size_t>(corner * 3 + direction) * block_size +
-         el % block_size;
+  const std::size_t block = el / block_size;
+  return block / blocks_in_chunk * numbers_in_chunk + block % blocks_in_chunk * 24 * block_size +
+         static_cast<std::size_t>(corner * 3 + direction) * block_size + el % block_size;
 }
 
-/// The force with that index; null where nothing has been awake.
-inline double* force_of(Elements& e, std::size_t index) {
-  auto& chunk = e.corner_force[index / force_chunk];
-  return chunk.empty() ? nullptr : &chunk[index % force_chunk];
+/// The force with that number; null where nothing has been awake.
+inline double* force_of(Elements& e, std::size_t number) {
+  auto& chunk = e.corner_force[number / numbers_in_chunk];
+  return chunk.empty() ? nullptr : &chunk[number % numbers_in_chunk];
 }
-inline const double* force_of(const Elements& e, std::size_t index) {
-  const auto& chunk = e.corner_force[index / force_chunk];
-  return chunk.empty() ? nullptr : &chunk[index % force_chunk];
+inline const double* force_of(const Elements& e, std::size_t number) {
+  const auto& chunk = e.corner_force[number / numbers_in_chunk];
+  return chunk.empty() ? nullptr : &chunk[number % numbers_in_chunk];
 }
 
 /// The element whose corner has its force there.
 inline std::uint32_t element_of(std::uint32_t corner) {
-  constexpr auto block = static_cast<std::uint32_t>(block_size);
-  return corner / (24 * block) * block + corner % block;
+  constexpr auto lanes = static_cast<std::uint32_t>(block_size), blocks = static_cast<std::uint32_t>(blocks_in_chunk), numbers = static_cast<std::uint32_t>(numbers_in_chunk);
+  return (corner / numbers * blocks + corner % numbers / (24 * lanes)) * lanes + corner % lanes;
 }
 
 struct Mesh {
@@ -84,7 +86,7 @@ struct Mesh {
   std::vector<core::Box> body_box;         ///< around the nodes as built, where they stay while the body sleeps [m]
   std::vector<int> body_material;          ///< index into the simulation's materials
   std::vector<std::uint32_t> corner_start; ///< [nodes + 1] rows of corners
-  std::vector<std::uint32_t> corners;      ///< index of their forces; elements ascend within a row
+  std::vector<std::uint32_t> corners;      ///< numbers of their forces; elements ascend within a row
   std::vector<std::uint32_t> awake_blocks; ///< ascending
   std::vector<std::uint8_t> block_awake;
   std::vector<std::uint8_t> body_awake;    ///< 1 where a block of the body is awake; the nodes of others are at rest

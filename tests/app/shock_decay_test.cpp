@@ -45,7 +45,7 @@ std::vector<Sample> below(const app::Simulation& s) {
   std::vector<Sample> samples;
   const auto add = [&](std::size_t el, double pressure) {
     const auto& x = s.built[el];
-    if (s.mesh.elements.body[el] == 1 && std::hypot(x[0], x[1]) < 0.12 * diameter) samples.push_back({-double(x[2]), pressure});
+    if (s.mesh.elements.body(el) == 1 && std::hypot(x[0], x[1]) < 0.12 * diameter) samples.push_back({-double(x[2]), pressure});
   };
   for (std::size_t el = 0; el < s.mesh.elements.size(); ++el)
     if (s.mesh.elements.alive[el]) add(el, s.mesh.elements.pt.p_max[el]);

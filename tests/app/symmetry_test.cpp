@@ -3,6 +3,7 @@
 // and a cloud of fragments amplifies round-off), so integral results are compared, at 1 us, eight elements across.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <map>
 
 #include "app/snapshot.hpp"
@@ -103,7 +104,7 @@ material = "Al2024-T351"
     EXPECT_GT(before, 60e9) << mode;
     auto& p = s->particles;
     for (std::size_t i = 0; i < p.size(); ++i)
-      if (s->on_axis[p.parent[i]]) p.pt.p_max[i] = 5e12;
+      if (std::binary_search(s->on_axis.begin(), s->on_axis.end(), p.parent[i])) p.pt.p_max[i] = 5e12;
     EXPECT_EQ(app::scene_now(*s).peak_pressure_axis, before) << mode;
     EXPECT_EQ(app::scene_now(*s).peak_pressure_max, 5e12) << mode;
   }

@@ -39,7 +39,7 @@ inline std::vector<Sheet> exposed(const fem::Mesh& mesh) {
       Sheet s;
       for (std::size_t k = 0; k < 4; ++k)
         s.node[k] = static_cast<std::size_t>(e.node[el][static_cast<std::size_t>(fem::face_corner[f][k])]);
-      s.body = e.body[el];
+      s.body = e.body(el);
       Quad key = s.node;
       std::sort(key.begin(), key.end());
       auto& entry = seen[key];

@@ -402,7 +402,7 @@ void convert_element(Kinematic& k, std::size_t el) {
   while (!k.mesh.elements.alive[el]) el = (el + 1) % k.mesh.elements.size();
   Vec3 v = Vec3::Zero();
   for (const auto nd : k.mesh.elements.node[el]) v += k.mesh.nodes.v[static_cast<std::size_t>(nd)] / 8;
-  scene::add_particle(k.particles, k.mesh.elements.pt.m[el], fem::centre(k.mesh, el, k.mesh.nodes.x), v, k.mesh.elements.body[el]);
+  scene::add_particle(k.particles, k.mesh.elements.pt.m[el], fem::centre(k.mesh, el, k.mesh.nodes.x), v, k.mesh.elements.body(el));
   k.particles.parent.back() = static_cast<std::uint32_t>(el);
   fem::remove_element(k.mesh, el, false);
 }

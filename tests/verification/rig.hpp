@@ -81,7 +81,6 @@ class Rig {
 
   void begin() {
     fem::finish(s->mesh);
-    s->on_axis.assign(s->mesh.elements.size(), 0);
     if (s->element_settings.hourglass_stiffness)
       s->mesh.elements.hourglass.assign(s->mesh.elements.size() * 12, 0.0);
     app::begin(*s);
