@@ -23,12 +23,13 @@ static void each_point_field(Archive& a, const std::string& name, core::Points& 
 /// Of blocks that are or have been awake, many chunks an array.
 template <class Archive>
 static void force_state(Archive& a, fem::Mesh& mesh) {
-  constexpr std::size_t together = 512;
+  constexpr std::size_t together = 64;
   auto& chunks = mesh.elements.corner_force;
   fem::make_room_for_forces(mesh);
   for (std::size_t first = 0; first < chunks.size(); first += together) {
     const std::span some = std::span(chunks).subspan(first, std::min(together, chunks.size() - first));
     std::vector<double> forces;
+    forces.reserve(some.size() * fem::numbers_in_chunk);
     for (const auto& chunk : some) forces.insert(forces.end(), chunk.begin(), chunk.end());
     a(fmt::format("elements/corner_force/{}", first), forces);
     auto from = forces.begin();

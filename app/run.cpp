@@ -234,11 +234,15 @@ static void advance_to_end(Simulation& s, Output& out) {
   progress.end();
 }
 
-/// Gives back to the system what only a further step would need: neither stored nor measured.
-static void end_steps(Simulation& s) {
+/// Frees what no checkpoint holds, for a further step would find it again.
+static void end_lists(Simulation& s) {
   const auto builds = s.hood.builds;
   core::free_all(s.hood, s.contact.lists, s.contact.changes, s.bond, s.correction, s.velocity_gradient);
   s.hood.builds = builds;
+}
+
+/// Gives back to the system what only a further step would need: neither stored nor measured.
+static void end_steps(Simulation& s) {
   auto& e = s.mesh.elements;
   core::free_all(e.corner_force, e.hourglass, e.booked, e.volume_0, e.deformation, e.ratio_0, e.dt, e.dt_0, e.pt.q, e.pt.c, e.pt.s);
   core::free_all(s.mesh.corners, s.mesh.corner_start, s.mesh.nodes.v_mean, s.mesh.nodes.row_of_f);
@@ -288,6 +292,7 @@ static int conclude(Simulation& s, Output& out, double wall_before) {
   // The state first, then what is derived from it, the summary last; a disk that is full may refuse any of them.
   try {
     const bool sound = std::isfinite(s.ledger.energy_error);
+    end_lists(s);
     if (sound) write_checkpoint(s, out.dir + "/checkpoint.h5");
     check_peaks(s);
     end_steps(s);
