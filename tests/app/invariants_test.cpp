@@ -525,6 +525,11 @@ TEST(OnlyWhatIsNeeded, ADistantPlateSleepsAndIsNotSearched) {
   small_case::run(*s, 50);
   EXPECT_EQ(s->contact.searches, 0u);
   EXPECT_GT(s->work.element_updates_asleep, s->work.element_updates) << "the plate has more elements and is at rest";
+  const auto& forces = s->mesh.elements.corner_force;
+  const std::size_t first = s->mesh.body_elements[1].first / (fem::block_size * fem::blocks_in_chunk) + 1;  // the ball ends in the chunk before
+  EXPECT_LT(first, forces.size());
+  EXPECT_TRUE(std::all_of(forces.begin() + static_cast<std::ptrdiff_t>(first), forces.end(), [](const auto& chunk) { return chunk.empty(); }))
+      << "what rests exerts no force";
 }
 
 TEST(OnlyWhatIsNeeded, APlateThatNothingCanReachIsCoarse) {
