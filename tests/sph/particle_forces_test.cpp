@@ -437,7 +437,9 @@ struct Seam {
       hood.actors.p_contact[i] = sph::single(std::max(cloud.p.pt.p[i], 0.0));
       hood.anchor_start.push_back(static_cast<std::uint32_t>(hood.anchor_xi.size()));
     }
-    hood.anchor_v_mean.assign(hood.anchor_xi.size(), Vec3::Zero());
+    hood.anchor_x = hood.anchor_xi;
+    hood.anchor_v.assign(hood.anchor_xi.size(), Vec3::Zero());
+    hood.anchor_v_mean = hood.anchor_v;
     sph::build(hood, {}, 0);
     sph::correct_gradients(particles, cloud.settings, hood, cloud.correction);
     sph::add_pair_forces(cloud.settings, hood, particles);
@@ -479,7 +481,8 @@ TEST(PairSums, WhoBearsNothingPaysNothingAtASeam) {
   seam.pull();
   auto& hood = seam.cloud.hood;
   for (std::size_t i = 0; i < hood.actors.size(); ++i) sph::set_motion(hood, i, Vec3::Zero());
-  for (auto& v : hood.anchor_v_mean) v = Vec3(2, 0, 0);  // drawn away from the particles
+  hood.anchor_v.assign(hood.anchor_xi.size(), Vec3(2, 0, 0));  // drawn away from the particles
+  hood.anchor_v_mean = hood.anchor_v;
   constexpr double dt = 1e-6;
   sph::pair_work(seam.cloud.settings, {rho_0}, dt, dt, seam.cloud.correction, hood, p, seam.cloud.gradient);
   double paid = 0, work = 0;
