@@ -109,8 +109,9 @@ void begin_elements(Mesh& mesh, const std::vector<material::Material>& materials
     for (const auto b : all)
       if (moves(mesh, b)) wake_block(mesh, b);
     list_awake(mesh);
+  } else {
+    make_room_for_forces(mesh);
   }
-  make_room_for_forces(mesh);
   update_blocks(mesh, all, materials, settings, none, {});
   std::vector<std::uint32_t> about_to_move;  // had no room for their forces
   for (const auto b : all)

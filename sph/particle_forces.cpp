@@ -173,16 +173,21 @@ static Mat3 free_expansion(const core::Points& pt, std::size_t i, double rho_0, 
   return Mat3::Identity() * (pt.p[i] / (pt.rho[i] * c * c) * std::min(c / edge, 0.5 / dt) / 3);
 }
 
+/// f(j, weight, push) for every pair of a particle whose force acts on j's anchors.
+template <class F>
+static void for_each_anchored_pair(const Neighbourhood& hood, std::size_t i, F&& f) {
+  for (std::size_t n = 0; n < hood.n_near[i]; ++n) {
+    const std::size_t slot = hood.near_start[i] + n / group, j = hood.near[slot].at[n % group];
+    if (acts_on_anchors(hood.actors.kind[i], hood.actors.kind[j])) f(j, hood.weight[slot].at[n % group], hood.push[slot].at[n % group]);
+  }
+}
+
 /// A particle's share of what the pairs of anchored foreigners leave [W].
 static double anchored_power(const Neighbourhood& hood, std::size_t i) {
   double power = 0;
-  for (std::size_t l = 0; l < hood.n_near[i]; ++l) {
-    const std::size_t slot = hood.near_start[i] + l / group;
-    const std::size_t j = hood.near[slot].at[l % group];
-    if (!acts_on_anchors(hood.actors.kind[i], hood.actors.kind[j])) continue;
-    const double share = share_of_rest(hood.actors.stress[i], hood.weight[slot].at[l % group], hood.push[slot].at[l % group]);
-    power += share * hood.foreign_power[owner(hood, j) - hood.n_particles].anchored;
-  }
+  for_each_anchored_pair(hood, i, [&](std::size_t j, float weight, float push) {
+    power += share_of_rest(hood.actors.stress[i], weight, push) * hood.foreign_power[owner(hood, j) - hood.n_particles].anchored;
+  });
   return power;
 }
 
@@ -218,14 +223,12 @@ static Mat3 gradient_of_anchors(const Neighbourhood& hood, std::size_t i, const 
   const Actors& a = hood.actors;
   const auto velocity = [&](std::size_t k) { return Vec3(a.motion[k].end[0], a.motion[k].end[1], a.motion[k].end[2]); };
   Mat3 sum = Mat3::Zero();
-  for (std::size_t n = 0; n < hood.n_near[i]; ++n) {
-    const std::size_t slot = hood.near_start[i] + n / group, j = hood.near[slot].at[n % group];
-    if (!acts_on_anchors(a.kind[i], a.kind[j])) continue;
+  for_each_anchored_pair(hood, i, [&](std::size_t j, float weight, float) {
     const Vec3 &x_i = a.place[i].x, &x_j = a.place[j].x;
     const Foot at = foot(hood, x_i, j);
     const Vec3 apart = (2 * at.v - velocity(i) - velocity(j)) - l * (2 * at.x - x_i - x_j);
-    sum += double(hood.weight[slot].at[n % group]) * apart * (x_i - x_j).transpose();
-  }
+    sum += double(weight) * apart * (x_i - x_j).transpose();
+  });
   return sum * correction / double(a.place[i].volume);
 }
 
