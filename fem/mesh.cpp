@@ -103,30 +103,6 @@ Mesh emptied(const Mesh& mesh) {
   return r;
 }
 
-Vec3 centre(const Mesh& mesh, std::size_t el, const std::vector<Vec3>& a) {
-  Vec3 s = Vec3::Zero();
-  for (const auto node : mesh.elements.node[el]) s += a[static_cast<std::size_t>(node)];
-  return s / 8;
-}
-
-Vec3 corner(int k) {
-  constexpr double sign[8][3] = {{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1},
-                                 {-1, -1, 1},  {1, -1, 1},  {1, 1, 1},  {-1, 1, 1}};
-  return {sign[k][0], sign[k][1], sign[k][2]};
-}
-
-double shape(int k, const Vec3& xi) {
-  const Vec3 s = corner(k);
-  return 0.125 * (1 + s[0] * xi[0]) * (1 + s[1] * xi[1]) * (1 + s[2] * xi[2]);
-}
-
-Vec3 at(const Mesh& mesh, std::size_t el, const std::vector<Vec3>& a, const Vec3& xi) {
-  if (xi.isZero(0)) return centre(mesh, el, a);  // the same bits
-  Vec3 r = Vec3::Zero();
-  for (int i = 0; i < 8; ++i) r += shape(i, xi) * a[static_cast<std::size_t>(mesh.elements.node[el][static_cast<std::size_t>(i)])];
-  return r;
-}
-
 void forget_pushes(Nodes& n) {
   n.row_of_f.resize(n.size(), Nodes::not_pushed);
   for (const auto nd : n.pushed) n.row_of_f[nd] = Nodes::not_pushed;

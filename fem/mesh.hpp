@@ -182,16 +182,32 @@ inline core::Vec3 force_at(const Mesh& mesh, std::size_t nd) {
 }
 
 /// Mean of the corners [m].
-core::Vec3 centre(const Mesh& mesh, std::size_t el, const std::vector<core::Vec3>& a);
+inline core::Vec3 centre(const Mesh& mesh, std::size_t el, const std::vector<core::Vec3>& a) {
+  core::Vec3 s = core::Vec3::Zero();
+  for (const auto node : mesh.elements.node[el]) s += a[static_cast<std::size_t>(node)];
+  return s / 8;
+}
 
 /// A corner of the parent cube [-].
-core::Vec3 corner(int k);
+inline core::Vec3 corner(int k) {
+  constexpr double sign[8][3] = {{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1},
+                                 {-1, -1, 1},  {1, -1, 1},  {1, 1, 1},  {-1, 1, 1}};
+  return {sign[k][0], sign[k][1], sign[k][2]};
+}
 
 /// Shape function of a corner at a point of the parent cube [-].
-double shape(int corner, const core::Vec3& xi);
+inline double shape(int k, const core::Vec3& xi) {
+  const core::Vec3 s = corner(k);
+  return 0.125 * (1 + s[0] * xi[0]) * (1 + s[1] * xi[1]) * (1 + s[2] * xi[2]);
+}
 
 /// Trilinear interpolation of a nodal vector at a point of the parent cube, xi in [-1, 1].
-core::Vec3 at(const Mesh& mesh, std::size_t el, const std::vector<core::Vec3>& a, const core::Vec3& xi);
+inline core::Vec3 at(const Mesh& mesh, std::size_t el, const std::vector<core::Vec3>& a, const core::Vec3& xi) {
+  if (xi.isZero(0)) return centre(mesh, el, a);  // the same bits
+  core::Vec3 r = core::Vec3::Zero();
+  for (int i = 0; i < 8; ++i) r += shape(i, xi) * a[static_cast<std::size_t>(mesh.elements.node[el][static_cast<std::size_t>(i)])];
+  return r;
+}
 
 /// Centre of part k of an n x n x n division of the parent cube: where particles of an element are born.
 inline core::Vec3 part_centre(int n, int k) {

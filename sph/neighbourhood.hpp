@@ -44,6 +44,9 @@ struct alignas(32) Strain {
 /// Columns of a stress, three of each four numbers [Pa].
 struct alignas(16) Stress {
   float column[3][4] = {};
+  /// Size of its greatest component, kept where the first column has room [Pa].
+  float& most() { return column[0][3]; }
+  float most() const { return column[0][3]; }
 };
 
 /// The matrix, rounded.
@@ -51,16 +54,14 @@ inline Stress stress_of(const core::Mat3& a) {
   Stress s;
   for (int c = 0; c < 3; ++c)
     for (int r = 0; r < 3; ++r) s.column[c][r] = single(a(r, c));
+  s.most() = single(a.cwiseAbs().maxCoeff());
   return s;
 }
 
 /// How hard a particle of this stress presses or pulls in a pair with a foreigner of its body. In this measure those round a foreigner share
 /// what their pairs' work leaves: whoever bears nothing pays nothing. Exact but for one sum, so that both rows find the same bits.
 inline double share_of_rest(const Stress& stress, float weight, float push) {
-  float most = 0;
-  for (const auto& column : stress.column)
-    for (const float a : column) most = std::max(most, std::abs(a));
-  return std::abs(double(weight) * double(most)) + std::abs(double(push));
+  return std::abs(double(weight) * double(stress.most())) + std::abs(double(push));
 }
 
 /// Velocities once the kick and contact are done.
@@ -185,6 +186,7 @@ struct Neighbourhood {
   std::vector<core::Vec3> anchor_v;          ///< after the kick [m/s]
   std::vector<core::Vec3> anchor_v_mean;     ///< velocity at which the force does its work [m/s]
   std::vector<core::Vec3> anchor_force;      ///< of the particles [N]
+  std::vector<std::uint8_t> bears;           ///< [n_foreign] does any of its pairs press or pull?
   std::vector<std::uint8_t> anchored;        ///< [n_particles] is one of its pairs with a foreigner's anchors?
   std::vector<ForeignPower> foreign_power;   ///< [n_foreign]
 };

@@ -313,6 +313,13 @@ struct PairForce {
   return (sum.part[0] + sum.part[1]) + sum.part[2];
 }
 
+/// Does any pair of a foreigner's group press or pull? Powder that lies at its seam does not.
+inline bool bears(const PairView& v, const Own& own, const NearGroup& near) {
+  for (std::size_t l = 0, n = near.count(); l < n; ++l)
+    if (const std::uint32_t j = near.id[l]; !kin(own.kind, v.kind[j]) || near.push[l] != 0 || v.stress[j].most() != 0) return true;
+  return false;
+}
+
 /// Half of a foreigner's group: the same bits as in the particles' rows.
 template <int half>
 [[gnu::always_inline]] inline void pair_force(const PairView& v, std::size_t i, const NearGroup& near, const ForeignGroup& at, PairForce& f) {
@@ -320,7 +327,11 @@ template <int half>
   const Doubles* const d = at.pair.d.exact[half];
   const Doubles contact = widen<half>(at.contact), push = widen<half>(Singles::load(near.push));
   alignas(64) Four rows[8], plain_rows[8];
-  for (std::size_t l = 0; l < 8; ++l) rows[l] = force_of_other(v, i, near, 8 * half + l, plain_rows[l]);
+  for (std::size_t l = 0; l < 8; ++l)
+    if (8 * half + l < near.left)
+      rows[l] = force_of_other(v, i, near, 8 * half + l, plain_rows[l]);
+    else
+      rows[l] = plain_rows[l] = Four{};
   constexpr std::uint32_t in_order[8] = {0, 1, 2, 3, 4, 5, 6, 7};
   Doubles other[4], plain[4];
   load_columns(rows, in_order, other);
@@ -707,13 +718,16 @@ void foreign_forces(const PairView& v, const ParticleSettings& s, const AnchorVi
     core::Vec3* force = anchors.force + anchors.start[k];
     for (std::size_t n = 0; n < n_anchors; ++n) force[n] = core::Vec3(0, 0, 0);
     if (anchors.wall) anchors.wall[k] = core::Vec3(0, 0, 0);
-    if (v.n_near[i] == 0) continue;
-    for (std::size_t n = 0; n < anchor_scratch * n_anchors; ++n) anchors.scratch[n] = 0;  // of each anchor: weights, force x, y, z
+    anchors.bears[k] = 0;
     const Own own(v, i);
     for (NearGroup near(v, i); near.left > 0; near.advance()) {
       ForeignGroup at(v, own, near);
       at.pair.flow(v, own, near.id);
       find_push(v, s, own, at.pair, near, at.kinds, own.same(at.kinds));
+      if (!bears(v, own, near)) continue;
+      if (!anchors.bears[k])
+        for (std::size_t n = 0; n < anchor_scratch * n_anchors; ++n) anchors.scratch[n] = 0;  // of each anchor: weights, force x, y, z
+      anchors.bears[k] = 1;
       each_half([&](auto half) {
         if (8 * half >= near.left) return;  // foreigners have few near ones: mostly one half is filling
         PairForce f;
@@ -730,6 +744,7 @@ void foreign_forces(const PairView& v, const ParticleSettings& s, const AnchorVi
         }
       });
     }
+    if (!anchors.bears[k]) continue;
     for (std::size_t n = 0; n < n_anchors; ++n)
       for (int e = 0; e < 3; ++e) force[n][e] = total(Doubles::load(anchors.scratch + anchor_scratch * n + 8 * static_cast<std::size_t>(e + 1)));
   }
@@ -738,8 +753,9 @@ void foreign_forces(const PairView& v, const ParticleSettings& s, const AnchorVi
 void foreign_work(const PairView& v, const AnchorView& anchors, std::size_t first, std::size_t last, ForeignPower* power) {
   for (std::size_t i = first; i < last; ++i) {
     power[i - first] = {};
-    if (v.n_near[i] == 0) continue;
-    const std::size_t k = i - anchors.n_particles, n_anchors = anchors.start[k + 1] - anchors.start[k];
+    const std::size_t k = i - anchors.n_particles;
+    if (!anchors.bears[k]) continue;
+    const std::size_t n_anchors = anchors.start[k + 1] - anchors.start[k];
     const Own own(v, i);
     Doubles strangers(0.0), anchored(0.0), shares(0.0);
     for (NearGroup near(v, i); near.left > 0; near.advance()) {
@@ -767,7 +783,7 @@ void foreign_work(const PairView& v, const AnchorView& anchors, std::size_t firs
         }
         anchored += share * left, strangers += (Doubles(1.0) - share) * left;
         alignas(64) double shares_of[8];
-        for (int l = 8 * half; l < 8 * half + 8; ++l) shares_of[l % 8] = share_of_rest(v.stress[near.id[l]], near.weight[l], near.push[l]);
+        for (std::size_t l = 8 * half; l < 8 * half + 8; ++l) shares_of[l % 8] = share_of_rest(v.stress[near.id[l]], near.weight[l], near.push[l]);
         shares += share * Doubles::load(shares_of);
       });
     }

@@ -59,6 +59,7 @@ struct AnchorView {
   const Frame* frame;  ///< [row - n_particles]
   const core::Vec3* v_mean;
   core::Vec3* force;
+  std::uint8_t* bears;  ///< [row - n_particles] does any of its pairs press or pull?
   core::Vec3* wall;  ///< [row - n_particles] part of images behind rigid walls; none if there are no walls [N]
   double* scratch;  ///< anchor_scratch doubles for each anchor of the longest row
 };

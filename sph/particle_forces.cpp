@@ -71,7 +71,7 @@ static void for_each_foreign_block(Neighbourhood& hood, F&& f) {
     longest = std::max(longest, hood.anchor_start[k + 1] - hood.anchor_start[k]);
   core::for_each_block(hood.n_foreign, row_block, [&](std::size_t first, std::size_t last) {
     std::vector<double> scratch(anchor_scratch * longest);
-    const AnchorView anchors{hood.n_particles, hood.anchor_start.data(), hood.anchor_xi.data(), hood.frame.data(), hood.anchor_v_mean.data(), hood.anchor_force.data(),
+    const AnchorView anchors{hood.n_particles, hood.anchor_start.data(), hood.anchor_xi.data(), hood.frame.data(), hood.anchor_v_mean.data(), hood.anchor_force.data(), hood.bears.data(),
                              hood.wall_force.empty() ? nullptr : hood.wall_force.data() + hood.n_particles, scratch.data()};
     f(hood.n_particles + first, hood.n_particles + last, anchors);
   });
@@ -133,6 +133,7 @@ void add_pair_forces(const ParticleSettings& settings, Neighbourhood& hood, Part
   hood.approach.resize(hood.n_particles);
   hood.anchored.resize(hood.n_particles);
   hood.anchor_force.resize(hood.anchor_xi.size());
+  hood.bears.resize(hood.n_foreign);
   make_room_for_pull(hood);
   const PairView pairs = view(hood);
   const auto kernel = kernels();

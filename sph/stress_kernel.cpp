@@ -144,6 +144,8 @@ void correct_rows(const core::Points& pt, double epsilon, std::size_t first, std
     };
     corrected_by_b(sigma, stress);
     if (may_pull) corrected_by_b(push, artificial);
+    Real most(0.0);
+    for (const Real& component : stress) most = core::max(most, core::abs(component));
     for (std::size_t l = 0; l < lanes; ++l) {
       const int lane = static_cast<int>(l);
       double* to = correction[i + l].data();
@@ -152,6 +154,7 @@ void correct_rows(const core::Points& pt, double epsilon, std::size_t first, std
           to[r + 3 * c] = b[at[r][c]][lane];
           actors.stress[i + l].column[c][r] = static_cast<float>(stress[r + 3 * c][lane]);
         }
+      actors.stress[i + l].most() = static_cast<float>(most[lane]);
       acoustic[i + l] = static_cast<float>(share[lane]);
       Kind& kind = actors.kind[i + l];
       kind = (kind & ~(firm_bit | tension_bit)) | (firm[lane] ? firm_bit : 0);
