@@ -111,8 +111,14 @@ static void bin_actors(Neighbourhood& hood, double edge) {
   core::Cells bins;
   bins.reset(edge);
   hood.bin.clear();
-  for (const Place& a : hood.actors.place) hood.bin.push_back(bins.insert(bins.cell(a.x)));
-  for (const Vec3& x : hood.watched_built) hood.bin.push_back(bins.insert(bins.cell(x)));
+  core::Cell last{};
+  const auto put = [&](const Vec3& x) {  // mostly where the one before lies
+    const core::Cell c = bins.cell(x);
+    hood.bin.push_back(!hood.bin.empty() && c == last ? hood.bin.back() : bins.insert(c));
+    last = c;
+  };
+  for (const Place& a : hood.actors.place) put(a.x);
+  for (const Vec3& x : hood.watched_built) put(x);
   bins.tabulate();
   hood.bin_start.assign(1, 0);
   hood.bin_touching.clear();
