@@ -161,6 +161,7 @@ struct ActivePair {
   Candidate candidate;
   int image = 0;             ///< of the point
   std::uint32_t tested = 0;  ///< count of changes when it was last tested
+  Outward outward;           ///< of the face's corners
   Exchange exchange;
   Meeting last;              ///< the one that was last met with an impulse
   bool operator<(const ActivePair& o) const {
@@ -240,6 +241,35 @@ static bool beside(const fem::Mesh& mesh, const ContactPoint& point, const FaceN
   return normal.dot(inside) < -behind * inside.norm();
 }
 
+/// Across a face, or smoothed over the faces round its corners that it meets without a crease: the skin is round there and its facets are the mesh's.
+/// What strikes a corner of several facets is pushed off by all of them then, and not aside by the one that comes first.
+static Outward outward_of(const Matter& a, const fem::Surface& s, const ContactFace& f) {
+  constexpr double crease = 0.7;  // cosine of the angle
+  const fem::Elements& e = a.mesh.elements;
+  const auto& n = a.mesh.nodes;
+  const Vec3 across = plane_of(n.x, f.node).normal;
+  Outward outward;
+  for (std::size_t k = 0; k < 4; ++k) {
+    Vec3 sum = Vec3::Zero();
+    const auto add = [&](const Vec3& area) {
+      if (area.dot(across) > crease * area.norm()) sum += area;
+    };
+    for (const auto el : fem::elements_at(a.mesh, f.node[k])) {
+      if (!e.alive[el]) continue;
+      for (std::uint8_t side = 0; side < 6; ++side) {
+        if (!(s.exposed[el] >> side & 1)) continue;
+        const FaceNodes node = face_nodes(a.mesh, {el, side});
+        if (std::find(node.begin(), node.end(), f.node[k]) == node.end()) continue;
+        const FacePlane plane = plane_of(n.x, node);
+        for (int image = 0; image < 8; ++image)  // what lies behind symmetry planes is there as well
+          if ((image & n.fixed[f.node[k]]) == image) add(plane.area * seen(plane.normal, image));
+      }
+    }
+    outward[k] = sum.isZero(0) ? across : Vec3(sum.normalized());
+  }
+  return outward;
+}
+
 /// Those of the pairs that meet, ascending. strict: that cross.
 static std::vector<ActivePair> detect(const Matter& a, const std::vector<Candidate>& pairs, bool strict, Contact& c) {
   const ContactLists& l = c.lists;
@@ -254,11 +284,18 @@ static std::vector<ActivePair> detect(const Matter& a, const std::vector<Candida
     const FaceSweep swept = paired.empty() ? face_sweep(a.mesh.nodes, f.node, a.dt) : paired[f.paired];
     each_image(a, p, a.dt, [&](int image) {
       const Vec3 x = seen(*p.x, image), v = seen(*p.v, image);
-      if (swept.reaches(x, v) && meet(a.mesh.nodes, f.node, x, v, a.dt, strict).found && !beside(a.mesh, point, f.node))
-        found.push_back({f.face.element * std::uint64_t{6} + f.face.face, key(point, image), pairs[k], image, 0, {}, {}});
+      if (swept.reaches(x, v) && meet(a.mesh.nodes, f.node, nullptr, x, v, a.dt, strict).found && !beside(a.mesh, point, f.node))
+        found.push_back({f.face.element * std::uint64_t{6} + f.face.face, key(point, image), pairs[k], image, 0, {}, {}, {}});
     });
   });
   std::sort(met.begin(), met.end());
+  if (strict) return met;
+  const auto first_of_face = [&](std::size_t k) { return k == 0 || met[k - 1].face_key != met[k].face_key; };
+  core::for_each(met.size(), [&](std::size_t k) {
+    if (first_of_face(k)) met[k].outward = outward_of(a, l.surface, l.faces[met[k].candidate.face]);
+  });
+  for (std::size_t k = 0; k < met.size(); ++k)
+    if (!first_of_face(k)) met[k].outward = met[k - 1].outward;
   return met;
 }
 
@@ -319,7 +356,7 @@ static std::size_t sweep(const Matter& a, std::vector<ActivePair>& active, const
     const FaceNodes& node = l.faces[pair.candidate.face].node;
     if (std::max(*p.changed, last_change(a, node)) <= pair.tested) continue;
     pair.tested = a.changes.count;
-    const Meeting m = meet(a.mesh.nodes, node, seen(*p.x, pair.image), seen(*p.v, pair.image), a.dt, false);
+    const Meeting m = meet(a.mesh.nodes, node, &pair.outward, seen(*p.x, pair.image), seen(*p.v, pair.image), a.dt, false);
     if (m.found) {
       pair.last = m;
       apply(a, p, pair.image, node, m, settings, pair.exchange);
@@ -554,13 +591,15 @@ static void resolve_bodies(const Matter& a, const std::vector<Wall>& walls, cons
 static void book_pair(const Matter& a, const ActivePair& pair, Contact& c) {
   const ContactPoint& point = c.lists.points[pair.candidate.point];
   const FaceNodes& node = c.lists.faces[pair.candidate.face].node;
-  double work = pair.exchange.on_point.dot(*point_ref(a, point).v_mean);
-  for (std::size_t k = 0; k < 4; ++k) work += pair.exchange.on_corner[k].dot(a.mesh.nodes.v_mean[node[k]]);
+  const auto& on_corner = pair.exchange.on_corner;
+  double work = pair.exchange.on_point.dot(*point_ref(a, point).v_mean), pushed = 0;
+  for (std::size_t k = 0; k < 4; ++k) work += on_corner[k].dot(a.mesh.nodes.v_mean[node[k]]), pushed += on_corner[k].norm();
+  if (pushed == 0) return;
   c.dissipated -= work;
-  // half to the point's side, half round the face's corners: one element alone would be left too hot
+  // half to the point's side, half round the corners where it met the face: one element alone would be left too hot
   double heated = 0;
-  for (const auto nd : node)
-    if (heat_node(a.mesh, nd, -0.125 * work)) heated -= 0.125 * work;
+  for (std::size_t k = 0; k < 4; ++k)
+    if (const double part = -0.5 * work * on_corner[k].norm() / pushed; heat_node(a.mesh, node[k], part)) heated += part;
   if (heat_point(a, point, -0.5 * work)) heated -= 0.5 * work;
   c.heated += heated;
 }

@@ -41,13 +41,6 @@ static Box face_box(const ContactLists& l, const FaceNodes& node) {
   return box.widened(face_part * (box.high - box.low).maxCoeff() + l.reach);
 }
 
-static FaceNodes face_nodes(const fem::Mesh& mesh, const fem::Face& face) {
-  FaceNodes node;
-  for (std::size_t k = 0; k < 4; ++k)
-    node[k] = static_cast<std::uint32_t>(mesh.elements.node[face.element][static_cast<std::size_t>(fem::face_corner[face.face][k])]);
-  return node;
-}
-
 static ContactFace contact_face(const fem::Mesh& mesh, const fem::Face& face) { return {face, face_nodes(mesh, face), mesh.elements.body(face.element), {}}; }
 
 static std::int32_t body_of_node(const fem::Mesh& mesh, std::size_t nd) {

@@ -52,9 +52,9 @@ struct Corner {
   Vec3 x, v;
 };
 
-/// Does p(t) come nearer than the margin to the moving triangle, from outside, within dt? before, after: the face's corners that
+/// Does p(t) come nearer than the margin to the moving triangle, from outside, within dt? outward: of its corners. before, after: the face's corners that
 /// go before t.a and after t.b.
-static bool meets(const Triangle& t, const Triangle& v, const Corner& before, const Corner& after, const Vec3& p, const Vec3& vp,
+static bool meets(const Triangle& t, const Triangle& v, const Triangle* outward, const Corner& before, const Corner& after, const Vec3& p, const Vec3& vp,
                   double dt, double margin, bool strict, Meeting& m, std::array<double, 2>& where) {
   const Vec3 n0 = t.normal();
   const double area2 = n0.norm();
@@ -62,7 +62,7 @@ static bool meets(const Triangle& t, const Triangle& v, const Corner& before, co
   const double gap_0 = n0.dot(p - t.c) / area2;
   if (gap_0 < (strict ? -1e-9 : -1e-3) * margin) return false;  // already behind this sheet's plane: not from outside
   m.target = strict ? 0.0 : std::max(0.0, std::min(gap_0, margin));
-  m.slack = 0.5 * margin;
+  m.slack = 0.1 * margin;
   const Triangle end = moved(t, v, dt);
   const Vec3 n1 = end.normal();
   const double end_norm = n1.norm();
@@ -88,14 +88,14 @@ static bool meets(const Triangle& t, const Triangle& v, const Corner& before, co
   };
   // A point that slides along while it closes in may come over the triangle only between margin and sheet.
   if (!inside_at(m.target) && !(m.target > 0 && m.gap_end < 0 && inside_at(0.0))) return false;
-  if (strict) return true;
+  if (!outward) return true;
   where = {std::clamp(where[0], 0.0, 1.0), std::clamp(where[1], 0.0, 1.0)};
   if (const double sum = where[0] + where[1]; sum > 1) where = {where[0] / sum, where[1] / sum};
-  // Along the normal of the step's start: that of its end depends on which corners have been stopped already, so on the order of the
+  // Along the direction of the step's start: that of its end depends on which corners have been stopped already, so on the order of the
   // sweeps, and would push sideways what meets flat. But where that would take much more than the pair closes by, the face turns.
   const Vec3 closing = vp - (where[0] * v.a + where[1] * v.b + (1 - where[0] - where[1]) * v.c);
   constexpr double most_of_closing = 1.5, least_cosine = 0.5;
-  m.push = n0 / area2;
+  m.push = (where[0] * outward->a + where[1] * outward->b + (1 - where[0] - where[1]) * outward->c).normalized();
   if (m.target - m.gap_end > -most_of_closing * dt * closing.dot(m.push) || m.push.dot(m.normal) < least_cosine) m.push = m.normal;
   // The impulse acts on positions of the step's start: there its line must pass through the foot, or it makes a couple.
   const auto foot = barycentric(t, p - n0.dot(p - t.c) / n0.dot(m.push) * m.push);
@@ -103,7 +103,7 @@ static bool meets(const Triangle& t, const Triangle& v, const Corner& before, co
   return true;
 }
 
-Meeting meet(const fem::Nodes& n, const FaceNodes& node, const Vec3& x, const Vec3& v, double dt, bool strict) {
+Meeting meet(const fem::Nodes& n, const FaceNodes& node, const Outward* outward, const Vec3& x, const Vec3& v, double dt, bool strict) {
   const Vec3 xc = 0.25 * (n.x[node[0]] + n.x[node[1]] + n.x[node[2]] + n.x[node[3]]);
   const Vec3 vc = 0.25 * (n.v[node[0]] + n.v[node[1]] + n.v[node[2]] + n.v[node[3]]);
   const Vec3 diagonals = (n.x[node[2]] - n.x[node[0]]).cross(n.x[node[3]] - n.x[node[1]]);
@@ -117,7 +117,9 @@ Meeting meet(const fem::Nodes& n, const FaceNodes& node, const Vec3& x, const Ve
     const std::size_t a = node[k], b = node[(k + 1) % 4], before = node[(k + 3) % 4], after = node[(k + 2) % 4];
     Meeting m;
     std::array<double, 2> w;
-    if (!meets({n.x[a], n.x[b], xc}, {n.v[a], n.v[b], vc}, {n.x[before], n.v[before]}, {n.x[after], n.v[after]}, x, v, dt, margin, strict, m, w)) continue;
+    Triangle out;
+    if (outward) out = {(*outward)[k], (*outward)[(k + 1) % 4], 0.25 * ((*outward)[0] + (*outward)[1] + (*outward)[2] + (*outward)[3])};
+    if (!meets({n.x[a], n.x[b], xc}, {n.v[a], n.v[b], vc}, outward ? &out : nullptr, {n.x[before], n.v[before]}, {n.x[after], n.v[after]}, x, v, dt, margin, strict, m, w)) continue;
     if (best.found && best.gap_end <= m.gap_end) continue;
     best = m;
     best.found = true;

@@ -23,15 +23,19 @@ struct Meeting {
   bool found = false;
   double gap_end = 0;                 ///< signed distance at the end [m]
   double target = 0;                  ///< gap to be left at the end [m]
-  double slack = 0;                   ///< and by how much more may be left [m]
+  double slack = 0;                   ///< what impulses leave beyond that is taken back where it is more than this [m]
   core::Vec3 normal{0, 0, 0};         ///< of the triangle at the end
-  core::Vec3 push{0, 0, 0};           ///< line of the impulse: normal of the triangle at the start
+  core::Vec3 push{0, 0, 0};           ///< line of the impulse: outward where it meets, at the start
   std::array<double, 4> weight{};     ///< shape functions of the corners where it meets
   std::size_t triangle = 0;           ///< of the four: the one after that corner
 };
 
-/// The deepest meeting of a point at x with velocity v with a face within dt. strict: only a true crossing of the sheet.
-Meeting meet(const fem::Nodes& nodes, const FaceNodes& node, const core::Vec3& x, const core::Vec3& v, double dt, bool strict);
+/// Unit vectors that point away from the matter behind a face's corners, at the step's start.
+using Outward = std::array<core::Vec3, 4>;
+
+/// The deepest meeting of a point at x with velocity v with a face within dt. outward: null where nothing is to be pushed. strict: only a true
+/// crossing of the sheet.
+Meeting meet(const fem::Nodes& nodes, const FaceNodes& node, const Outward* outward, const core::Vec3& x, const core::Vec3& v, double dt, bool strict);
 
 /// Signed distance at the end from one of the face's triangles [m].
 double gap_at_end(const fem::Nodes& nodes, const FaceNodes& node, std::size_t triangle, const core::Vec3& x, const core::Vec3& v, double dt);

@@ -53,15 +53,15 @@ static void list_faces(const Mesh& mesh, Surface& s) {
   s.faces_at.assign(mesh.nodes.size(), 0);
   s.faces.clear();
   s.nodes.clear();
-  std::vector<std::uint8_t> exposed(s.alive.size());  // a bit a face
-  core::for_each(exposed.size(), [&](std::size_t el) {
+  s.exposed.assign(s.alive.size(), 0);
+  core::for_each(s.exposed.size(), [&](std::size_t el) {
     for (int f = 0; s.alive[el] && f < 6; ++f)
-      if (!alive_then(s, across(mesh, el, f)) && !on_symmetry_plane(mesh, el, f)) exposed[el] = static_cast<std::uint8_t>(exposed[el] | 1 << f);
+      if (!alive_then(s, across(mesh, el, f)) && !on_symmetry_plane(mesh, el, f)) s.exposed[el] = static_cast<std::uint8_t>(s.exposed[el] | 1 << f);
   });
-  s.new_faces.reserve(core::sum(exposed.size(), std::size_t{0}, [&](std::size_t el) { return static_cast<std::size_t>(std::popcount(exposed[el])); }));
-  for (std::size_t el = 0; el < exposed.size(); ++el)
+  s.new_faces.reserve(core::sum(s.exposed.size(), std::size_t{0}, [&](std::size_t el) { return static_cast<std::size_t>(std::popcount(s.exposed[el])); }));
+  for (std::size_t el = 0; el < s.exposed.size(); ++el)
     for (std::uint8_t f = 0; f < 6; ++f)
-      if (exposed[el] >> f & 1) s.new_faces.push_back({static_cast<std::uint32_t>(el), f});
+      if (s.exposed[el] >> f & 1) s.new_faces.push_back({static_cast<std::uint32_t>(el), f});
 }
 
 /// Faces that appear where elements went since; those of the elements themselves go.
@@ -69,7 +69,7 @@ static void follow_removed(const Mesh& mesh, Surface& s) {
   const Elements& e = mesh.elements;
   std::vector<std::uint32_t> removed;
   for (std::uint32_t el = 0; el < s.alive.size(); ++el)
-    if (s.alive[el] != e.alive[el]) removed.push_back(el);
+    if (s.alive[el] != e.alive[el]) removed.push_back(el), s.exposed[el] = 0;
   for (const Face& f : s.faces)
     if (!e.alive[f.element]) count_corners(e, f, -1, s);
   std::erase_if(s.faces, [&](const Face& f) { return !e.alive[f.element]; });
@@ -80,8 +80,10 @@ static void follow_removed(const Mesh& mesh, Surface& s) {
       if (!alive_then(s, other)) continue;
       const auto o = static_cast<std::size_t>(other);
       for (std::uint8_t f = 0; f < 6; ++f)
-        if (across(mesh, o, f) == static_cast<std::int64_t>(el) && !on_symmetry_plane(mesh, o, f))
+        if (across(mesh, o, f) == static_cast<std::int64_t>(el) && !on_symmetry_plane(mesh, o, f)) {
           s.new_faces.push_back({static_cast<std::uint32_t>(o), f});
+          s.exposed[o] = static_cast<std::uint8_t>(s.exposed[o] | 1 << f);
+        }
     }
 }
 

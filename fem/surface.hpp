@@ -17,6 +17,7 @@ struct Surface {
   std::vector<std::uint32_t> new_nodes, lost_nodes;    ///< nodes that it added and dropped, ascending
   std::vector<std::uint8_t> alive;                     ///< [element] when the lists were made
   std::vector<std::uint16_t> faces_at;                 ///< [node] exposed faces there
+  std::vector<std::uint8_t> exposed;                   ///< [element] a bit for each of its faces that is
   std::size_t n_removed = 0;                           ///< elements removed when the lists were made
   bool built = false;
 };
