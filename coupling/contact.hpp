@@ -2,11 +2,11 @@
 // Contact of points (surface nodes of other bodies, free nodes, particles) with the exposed faces of elements, and of
 // both with rigid walls. A face is a sheet of four triangles about its centre, so neighbouring faces leave no gap. Between
 // kick and drift, every pair whose motion over the coming step would end behind a face gets an inelastic impulse along the
-// face's normal that lets it close the gap but for a small margin, and no more: nothing is ever pushed out, so no energy
+// skin's normal, smoothed over facets, that lets it close the gap but for a small margin, and no more: nothing is ever pushed out, so no energy
 // is fed in, and whatever the stiffness nothing tunnels. Impulses are equal and opposite (mass split to the corners by the
 // shape functions of the point of contact), swept in a fixed order, and taken back where others have made them needless, until no pair is left that would cross.
 // Sources: velocity-level unilateral contact with a gap, Moreau (1988) and Stewart & Trinkle, IJNME 39 (1996) 2673, eqs
-// 8-11 (without restitution); projected Gauss-Seidel.
+// 8-11 (without restitution); projected Gauss-Seidel; averaged normals, Puso & Laursen, CMAME 193 (2004) 601.
 #pragma once
 
 #include <cstdint>

@@ -52,8 +52,8 @@ struct Corner {
   Vec3 x, v;
 };
 
-/// Does p(t) come nearer than the margin to the moving triangle, from outside, within dt? outward: of its corners. before, after: the face's corners that
-/// go before t.a and after t.b.
+/// Does p(t) come nearer than the margin to the moving triangle, from outside, within dt? outward: at its corners, null where nothing is to be pushed.
+/// before, after: the face's corners that go before t.a and after t.b.
 static bool meets(const Triangle& t, const Triangle& v, const Triangle* outward, const Corner& before, const Corner& after, const Vec3& p, const Vec3& vp,
                   double dt, double margin, bool strict, Meeting& m, std::array<double, 2>& where) {
   const Vec3 n0 = t.normal();
@@ -117,7 +117,7 @@ Meeting meet(const fem::Nodes& n, const FaceNodes& node, const Outward* outward,
     const std::size_t a = node[k], b = node[(k + 1) % 4], before = node[(k + 3) % 4], after = node[(k + 2) % 4];
     Meeting m;
     std::array<double, 2> w;
-    Triangle out;
+    Triangle out{};
     if (outward) out = {(*outward)[k], (*outward)[(k + 1) % 4], 0.25 * ((*outward)[0] + (*outward)[1] + (*outward)[2] + (*outward)[3])};
     if (!meets({n.x[a], n.x[b], xc}, {n.v[a], n.v[b], vc}, outward ? &out : nullptr, {n.x[before], n.v[before]}, {n.x[after], n.v[after]}, x, v, dt, margin, strict, m, w)) continue;
     if (best.found && best.gap_end <= m.gap_end) continue;
