@@ -225,7 +225,7 @@ double available_memory() {
   return 1e300;
 }
 
-constexpr double bytes_per_element = 620, bytes_per_particle = 2400;
+constexpr double bytes_per_element = 640, bytes_per_particle = 2400;
 
 Estimate estimate(const io::Case& given) {
   io::Case spec = given;

@@ -62,7 +62,7 @@ static bool meets(const Triangle& t, const Triangle& v, const Triangle* outward,
   const double gap_0 = n0.dot(p - t.c) / area2;
   if (gap_0 < (strict ? -1e-9 : -1e-3) * margin) return false;  // already behind this sheet's plane: not from outside
   m.target = strict ? 0.0 : std::max(0.0, std::min(gap_0, margin));
-  m.slack = 0.1 * margin;
+  m.slack = 0.02 * margin;
   const Triangle end = moved(t, v, dt);
   const Vec3 n1 = end.normal();
   const double end_norm = n1.norm();
