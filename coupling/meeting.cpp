@@ -52,9 +52,9 @@ struct Corner {
   Vec3 x, v;
 };
 
-/// Does p(t) come nearer than the margin to the moving triangle, from outside, within dt? outward: at its corners, null where nothing is to be pushed.
-/// before, after: the face's corners that go before t.a and after t.b.
-static bool meets(const Triangle& t, const Triangle& v, const Triangle* outward, const Corner& before, const Corner& after, const Vec3& p, const Vec3& vp,
+/// Does p(t) come nearer than the margin to the moving triangle, from outside, within dt? before, after: the face's corners that
+/// go before t.a and after t.b.
+static bool meets(const Triangle& t, const Triangle& v, const Corner& before, const Corner& after, const Vec3& p, const Vec3& vp,
                   double dt, double margin, bool strict, Meeting& m, std::array<double, 2>& where) {
   const Vec3 n0 = t.normal();
   const double area2 = n0.norm();
@@ -87,20 +87,23 @@ static bool meets(const Triangle& t, const Triangle& v, const Triangle* outward,
     return !(where[0] < 0) || over(now.b, after.x + when * after.v);
   };
   // A point that slides along while it closes in may come over the triangle only between margin and sheet.
-  if (!inside_at(m.target) && !(m.target > 0 && m.gap_end < 0 && inside_at(0.0))) return false;
-  if (!outward) return true;
+  return inside_at(m.target) || (m.target > 0 && m.gap_end < 0 && inside_at(0.0));
+}
+
+/// The line of the impulse, and where that meets the triangle. outward: at its corners.
+static void aim(const Triangle& t, const Triangle& v, const Triangle& outward, const Vec3& p, const Vec3& vp, double dt, Meeting& m, std::array<double, 2>& where) {
   where = {std::clamp(where[0], 0.0, 1.0), std::clamp(where[1], 0.0, 1.0)};
   if (const double sum = where[0] + where[1]; sum > 1) where = {where[0] / sum, where[1] / sum};
   // Along the direction of the step's start: that of its end depends on which corners have been stopped already, so on the order of the
   // sweeps, and would push sideways what meets flat. But where that would take much more than the pair closes by, the face turns.
   const Vec3 closing = vp - (where[0] * v.a + where[1] * v.b + (1 - where[0] - where[1]) * v.c);
   constexpr double most_of_closing = 1.5, least_cosine = 0.5;
-  m.push = (where[0] * outward->a + where[1] * outward->b + (1 - where[0] - where[1]) * outward->c).normalized();
+  m.push = (where[0] * outward.a + where[1] * outward.b + (1 - where[0] - where[1]) * outward.c).normalized();
   if (m.target - m.gap_end > -most_of_closing * dt * closing.dot(m.push) || m.push.dot(m.normal) < least_cosine) m.push = m.normal;
   // The impulse acts on positions of the step's start: there its line must pass through the foot, or it makes a couple.
+  const Vec3 n0 = t.normal();
   const auto foot = barycentric(t, p - n0.dot(p - t.c) / n0.dot(m.push) * m.push);
   if (foot[0] > -0.5 && foot[1] > -0.5 && foot[0] + foot[1] < 1.5) where = foot;
-  return true;
 }
 
 Meeting meet(const fem::Nodes& n, const FaceNodes& node, const Outward* outward, const Vec3& x, const Vec3& v, double dt, bool strict) {
@@ -117,10 +120,13 @@ Meeting meet(const fem::Nodes& n, const FaceNodes& node, const Outward* outward,
     const std::size_t a = node[k], b = node[(k + 1) % 4], before = node[(k + 3) % 4], after = node[(k + 2) % 4];
     Meeting m;
     std::array<double, 2> w;
-    Triangle out{};
-    if (outward) out = {(*outward)[k], (*outward)[(k + 1) % 4], 0.25 * ((*outward)[0] + (*outward)[1] + (*outward)[2] + (*outward)[3])};
-    if (!meets({n.x[a], n.x[b], xc}, {n.v[a], n.v[b], vc}, outward ? &out : nullptr, {n.x[before], n.v[before]}, {n.x[after], n.v[after]}, x, v, dt, margin, strict, m, w)) continue;
+    const Triangle start{n.x[a], n.x[b], xc}, motion{n.v[a], n.v[b], vc};
+    if (!meets(start, motion, {n.x[before], n.v[before]}, {n.x[after], n.v[after]}, x, v, dt, margin, strict, m, w)) continue;
     if (best.found && best.gap_end <= m.gap_end) continue;
+    if (outward) {
+      const auto& o = *outward;
+      aim(start, motion, {o[k], o[(k + 1) % 4], 0.25 * (o[0] + o[1] + o[2] + o[3])}, x, v, dt, m, w);
+    }
     best = m;
     best.found = true;
     best.triangle = k;
