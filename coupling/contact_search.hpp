@@ -18,7 +18,6 @@
 #include "core/cells.hpp"
 #include "core/types.hpp"
 #include "coupling/meeting.hpp"
-#include "fem/hex8.hpp"
 #include "fem/mesh.hpp"
 #include "fem/surface.hpp"
 #include "sph/particles.hpp"
@@ -40,13 +39,6 @@ struct ContactFace {
   static constexpr std::uint32_t unpaired = 0xffffffff;
   std::uint32_t paired = unpaired;  ///< its place in ContactLists::paired
 };
-
-inline FaceNodes face_nodes(const fem::Mesh& mesh, const fem::Face& face) {
-  FaceNodes node;
-  for (std::size_t k = 0; k < 4; ++k)
-    node[k] = static_cast<std::uint32_t>(mesh.elements.node[face.element][static_cast<std::size_t>(fem::face_corner[face.face][k])]);
-  return node;
-}
 
 /// One point that may strike one face.
 struct Candidate {

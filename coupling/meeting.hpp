@@ -7,7 +7,7 @@
 #include <array>
 
 #include "core/types.hpp"
-#include "fem/mesh.hpp"
+#include "fem/surface.hpp"
 
 namespace coupling {
 
@@ -16,8 +16,7 @@ constexpr double edge_tolerance = 0.02;  ///< a face's four triangles reach this
 /// And this part beyond the face's edges: less than the gap kept, or what slides along would catch on them.
 constexpr double overhang = margin_part;
 
-/// Nodes of an exposed face, in outward order.
-using FaceNodes = std::array<std::uint32_t, 4>;
+using fem::FaceNodes;
 
 struct Meeting {
   bool found = false;

@@ -7,42 +7,34 @@
 #include <tuple>
 
 #include "core/parallel.hpp"
-#include "fem/hex8.hpp"
 
 namespace fem {
 
 /// Element across a local face, alive or not; -1 where there never was one.
 static std::int64_t across(const Mesh& mesh, std::size_t el, int face) {
-  const auto node = [&](int k) { return mesh.elements.node[el][static_cast<std::size_t>(face_corner[face][k])]; };
-  const auto first = static_cast<std::size_t>(node(0));
-  for (const std::size_t other : elements_at(mesh, first)) {
+  const FaceNodes node = face_nodes(mesh, {static_cast<std::uint32_t>(el), static_cast<std::uint8_t>(face)});
+  for (const std::size_t other : elements_at(mesh, node[0])) {
     const auto& corners = mesh.elements.node[other];
-    const auto holds = [&](std::int32_t nd) { return std::find(corners.begin(), corners.end(), nd) != corners.end(); };
-    if (other != el && holds(node(2)) && holds(node(1)) && holds(node(3))) return static_cast<std::int64_t>(other);
+    const auto holds = [&](std::uint32_t nd) { return std::find(corners.begin(), corners.end(), static_cast<std::int32_t>(nd)) != corners.end(); };
+    if (other != el && holds(node[2]) && holds(node[1]) && holds(node[3])) return static_cast<std::int64_t>(other);
   }
   return -1;
 }
 
 /// A face that lies in a symmetry plane is no surface: its nodes are held in one direction and lie in one plane across it.
 static bool on_symmetry_plane(const Mesh& mesh, std::size_t el, int face) {
-  const auto node = [&](int k) {
-    return static_cast<std::size_t>(mesh.elements.node[el][static_cast<std::size_t>(face_corner[face][k])]);
-  };
+  const FaceNodes node = face_nodes(mesh, {static_cast<std::uint32_t>(el), static_cast<std::uint8_t>(face)});
   for (int d = 0; d < 3; ++d) {
     bool in_plane = true;
-    for (int k = 0; k < 4; ++k)
-      in_plane = in_plane && (mesh.nodes.fixed[node(k)] >> d & 1) && mesh.nodes.x[node(k)][d] == mesh.nodes.x[node(0)][d];
+    for (const auto nd : node) in_plane = in_plane && (mesh.nodes.fixed[nd] >> d & 1) && mesh.nodes.x[nd][d] == mesh.nodes.x[node[0]][d];
     if (in_plane) return true;
   }
   return false;
 }
 
 /// Counts a face in or out at its corners.
-static void count_corners(const Elements& e, const Face& f, int by, Surface& s) {
-  for (const int c : face_corner[f.face]) {
-    auto& n = s.faces_at[static_cast<std::size_t>(e.node[f.element][static_cast<std::size_t>(c)])];
-    n = static_cast<std::uint16_t>(n + by);
-  }
+static void count_corners(const Mesh& mesh, const Face& f, int by, Surface& s) {
+  for (const auto nd : face_nodes(mesh, f)) s.faces_at[nd] = static_cast<std::uint16_t>(s.faces_at[nd] + by);
 }
 
 static bool alive_then(const Surface& s, std::int64_t el) { return el >= 0 && s.alive[static_cast<std::size_t>(el)]; }
@@ -71,7 +63,7 @@ static void follow_removed(const Mesh& mesh, Surface& s) {
   for (std::uint32_t el = 0; el < s.alive.size(); ++el)
     if (s.alive[el] != e.alive[el]) removed.push_back(el), s.exposed[el] = 0;
   for (const Face& f : s.faces)
-    if (!e.alive[f.element]) count_corners(e, f, -1, s);
+    if (!e.alive[f.element]) count_corners(mesh, f, -1, s);
   std::erase_if(s.faces, [&](const Face& f) { return !e.alive[f.element]; });
   s.alive = e.alive;
   for (const auto el : removed)
@@ -98,7 +90,7 @@ void update_surface(const Mesh& mesh, Surface& s) {
   std::sort(s.new_faces.begin(), s.new_faces.end(), before);
   const auto middle = s.faces.insert(s.faces.end(), s.new_faces.begin(), s.new_faces.end());
   std::inplace_merge(s.faces.begin(), middle, s.faces.end(), before);
-  for (const Face& f : s.new_faces) count_corners(mesh.elements, f, 1, s);
+  for (const Face& f : s.new_faces) count_corners(mesh, f, 1, s);
 
   std::vector<std::uint32_t> nodes;
   for (std::uint32_t nd = 0; nd < s.faces_at.size(); ++nd)

@@ -3,12 +3,23 @@
 // needs it, then kept up at the cost of the elements that went.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
+#include "fem/hex8.hpp"
 #include "fem/mesh.hpp"
 
 namespace fem {
+
+/// Nodes of a face, in outward order.
+using FaceNodes = std::array<std::uint32_t, 4>;
+inline FaceNodes face_nodes(const Mesh& mesh, const Face& face) {
+  FaceNodes node;
+  for (std::size_t k = 0; k < 4; ++k)
+    node[k] = static_cast<std::uint32_t>(mesh.elements.node[face.element][static_cast<std::size_t>(face_corner[face.face][k])]);
+  return node;
+}
 
 struct Surface {
   std::vector<Face> faces;                             ///< exposed, ascending by (element, face), without those on symmetry planes
