@@ -230,7 +230,7 @@ static Mat3 gradient_of_anchors(const Neighbourhood& hood, std::size_t i, const 
     const Foot at = foot(hood, x_i, j);
     const Vec3 d = x_i - x_j, lever = 2 * at.x - x_i - x_j;
     const Vec3 apart = (2 * at.v - velocity(i) - velocity(j)) - l * lever;
-    const double trust = std::sqrt(std::min(1.0, d.squaredNorm() / lever.squaredNorm()));
+    const double trust = std::min(1.0, d.squaredNorm() / lever.squaredNorm());
     sum += double(weight) * trust * apart * d.transpose();
   });
   return sum * correction / double(a.place[i].volume);
