@@ -219,8 +219,8 @@ static Foot foot(const Neighbourhood& hood, const Vec3& x_i, std::size_t j) {
 }
 
 /// What the anchors of its pairs add to a particle's velocity gradient l: their motion against the middles of the pairs beyond
-/// what l explains. Where anchors are further from the middle than the pair's ends are from each other (a particle that has slipped round
-/// its seam's rim), l is not trusted that far, and the less is added: else what parts from its seam would be compressed by parting.
+/// what l explains. Where anchors are further from there than on any lattice of particles and parts, measured by the pair's length (a particle
+/// that has slipped round its seam's rim), l is not trusted that far: else what parts from its seam would be compressed by parting.
 static Mat3 gradient_of_anchors(const Neighbourhood& hood, std::size_t i, const Mat3& l, const Mat3& correction) {
   const Actors& a = hood.actors;
   const auto velocity = [&](std::size_t k) { return Vec3(a.motion[k].end[0], a.motion[k].end[1], a.motion[k].end[2]); };
@@ -230,7 +230,7 @@ static Mat3 gradient_of_anchors(const Neighbourhood& hood, std::size_t i, const 
     const Foot at = foot(hood, x_i, j);
     const Vec3 d = x_i - x_j, lever = 2 * at.x - x_i - x_j;
     const Vec3 apart = (2 * at.v - velocity(i) - velocity(j)) - l * lever;
-    const double trust = std::min(1.0, d.squaredNorm() / lever.squaredNorm());
+    const double trust = std::min(1.0, 2 * d.squaredNorm() / lever.squaredNorm());
     sum += double(weight) * trust * apart * d.transpose();
   });
   return sum * correction / double(a.place[i].volume);
