@@ -297,7 +297,7 @@ def draw_text(ax, run):
     s = run.summary
     rows += ["", f"mode {s['mode']}, {s.get('elements_across', '?')} elements across, 1/{2 ** sum(run.mirrored)} of the scene",
              f"{s['elements']['initial']} elements, {s['particles']['created']} particles, {s['steps']} steps",
-             f"{s['wall_seconds']:.0f} s on {s['threads']} threads; {s['stop_reason'][:52]}"]
+             f"{s['wall_seconds']:.0f} s on {s['threads']} thread{'' if s['threads'] == 1 else 's'}; {s['stop_reason'][:52]}"]
     ax.text(0, 1, "\n".join(rows), family="monospace", fontsize=7.6, va="top", transform=ax.transAxes, linespacing=1.35)
 
 
