@@ -612,6 +612,24 @@ void pair_forces(const PairView& v, const ParticleSettings& s, std::size_t first
 
 namespace {
 
+/// Part of their approach by which stranger j gives way to i's pressure. What divides two bodies moves at the difference of their
+/// pressures over their acoustic impedance (Godunov, Mat. Sb. 47 (1959) 271): the approach makes a difference of impedance times its
+/// speed at most, and what is beyond that moves j rather than strain i. Rigid walls do not give way.
+inline double gives_way(const PairView& v, std::size_t i, std::size_t j) {
+  const double over = double(v.p_contact[i]) - double(v.p_contact[j]);
+  if (!(over > 0) || v.kind[i] < 0 || v.kind[j] < 0) return 0;
+  double closing = 0, r2 = 0;  // the speed of approach, times the distance
+  for (int e = 0; e < 3; ++e) {
+    const double d = v.place[i].x[e] - v.place[j].x[e];
+    closing += (v.motion[j].end[e] - v.motion[i].end[e]) * d;
+    r2 += d * d;
+  }
+  if (!(closing > 0)) return 0;
+  const double impedance = 0.5 * (double(v.flow[i].rho) * double(v.flow[i].c) + double(v.flow[j].rho) * double(v.flow[j].c));
+  const double made = impedance * closing / __builtin_sqrt(r2);
+  return over > made ? 1 - made / over : 0;
+}
+
 /// Weights of sixteen pairs in the sums of pair_work().
 struct alignas(64) WorkWeights {
   double power[group];  ///< of the row's own stress
@@ -635,12 +653,13 @@ struct alignas(64) WorkWeights {
       double closing = 0;
       for (int e = 0; e < 3; ++e) closing += (v.motion[j].end[e] - v.motion[i].end[e]) * (v.place[i].x[e] - v.place[j].x[e]);
       const double p = double(v.p_contact[i]);
-      push[l] += 2 * p * power[l];
+      const double given = gives_way(v, i, j), taken = v.kind[j] & foreign_bit ? 0 : gives_way(v, j, i);
+      push[l] += 2 * (p * (1 - given) + double(v.p_contact[j]) * taken) * power[l];
       power[l] = 0;
       // one that recedes leaves no tension behind: nothing would have paid for it
       if (!(p > 0) && !(closing > 0)) rate[l] = 0;
       if (v.kind[j] < 0) continue;
-      pushed[l] = rate[l];
+      pushed[l] = rate[l] * (1 - given + taken);
       rate[l] = 0;
     }
   }
@@ -772,13 +791,19 @@ void foreign_work(const PairView& v, const AnchorView& anchors, std::size_t firs
         load_columns(v.motion, sums, twice_mean);
         // what the particle does not book of the pair's work: its force acts on the anchors, not at the centre
         const Doubles share = widen<half>(at.anchored);
+        alignas(64) double kept_by[8];
+        for (std::size_t l = 0; l < 8; ++l) {
+          const std::uint32_t j = near.id[8 * half + l];
+          kept_by[l] = kin(v.kind[i], v.kind[j]) ? 1 : 1 - gives_way(v, j, i);
+        }
+        const Doubles kept = Doubles::load(kept_by);
         Doubles left(0.0);
         for (int e = 0; e < 3; ++e) {
           Doubles at_anchors(0.0);
           for (std::size_t n = 0; n < n_anchors; ++n)
             at_anchors += Doubles::load(anchors.scratch + anchor_scratch * n) * Doubles(anchors.v_mean[anchors.start[k] + n][e]);
           const Doubles mean = Doubles(0.5) * twice_mean[e];
-          const Doubles booked = f.other[e] + Doubles(0.5) * f.viscous[e];
+          const Doubles booked = kept * f.other[e] + Doubles(0.5) * f.viscous[e];
           left += f.all(e) * (at_anchors - mean) - booked * (Doubles(0.5 * v.motion[i].sum[e]) - mean);
         }
         anchored += share * left, strangers += (Doubles(1.0) - share) * left;

@@ -13,7 +13,9 @@
 // stress, tear solids and spread bars) is damped whether it approaches or recedes; that penalty on the non-affine part as in
 // Ganzenmueller, CMAME 286 (2015) 87, here as a viscosity. Pairs of different bodies push and never pull: both stresses are replaced
 // by -max(-n.sigma n, 0), n towards the strangers near, a foreigner's by -max(p, 0), and B by 1, in force, work and L alike (in L not
-// towards images behind rigid walls, which complete the lattice). Where a
+// towards images behind rigid walls, which complete the lattice). Where stranger i bears more than j by over what their approach makes, Z u (Z: mean
+// of both rho c, u: speed of approach), the part 1 - Z u / (p_i - p_j) of their approach strains j in place of i, and that part of i's work
+// goes to j: what divides two bodies moves (Godunov, Mat. Sb. 47 (1959) 271). Where a
 // particle has too few neighbours for B_i, the plain gradient takes over smoothly. Between a particle and a foreigner of its own body,
 // sigma_j B_j is the particle's too (coupling/bond.hpp), and where the anchors a that take the force do not move as the pair's middle,
 // (x_i + x_j)/2, would by L, the particle is strained by that as well:

@@ -714,6 +714,40 @@ TEST(Guards, ParticlesThatPartFromTheRimOfTheirSeamRun) {
   EXPECT_LT(x.highest, 1.1 * 270.8e9);  // of what the impact's shock leaves
 }
 
+TEST(Guards, AGrainBetweenHammerAndAnvilIsPressedAsTheyAre) {
+  // A grain of aluminium of two elements between blocks of copper that meet at 3 km/s. They bear 82.7 GPa (8930 kg/m3 x (3940 + 1.489 x 1500) m/s x
+  // 1500 m/s), and so must what is between them. While nothing gave way to a pressure that its approach does not make, the copper's mass squeezed what
+  // was caught there to 201 GPa.
+  auto s = small_case::begin({}, R"(title = "grain"
+[run]
+mode = "hybrid"
+end = "1.5 us"
+elements_across = 8
+[[body]]
+name = "hammer"
+shape = "box"
+size = ["4 mm", "4 mm", "2 mm"]
+center = ["0 mm", "0 mm", "1.55 mm"]
+velocity = ["0 km/s", "0 km/s", "-3 km/s"]
+material = "OFHC-Cu"
+[[body]]
+name = "grain"
+shape = "box"
+size = ["0.5 mm", "0.5 mm", "0.5 mm"]
+center = ["0 mm", "0 mm", "0.26 mm"]
+element_size = "0.5 mm"
+material = "Al2024-T351"
+[[body]]
+name = "anvil"
+shape = "box"
+size = ["4 mm", "4 mm", "2 mm"]
+center = ["0 mm", "0 mm", "-1 mm"]
+element_size = "0.5 mm"
+material = "OFHC-Cu"
+)");
+  EXPECT_LT(run_to_the_end(*s).highest, 1.5 * 82.7e9);
+}
+
 TEST(Guards, MoreThanTheMachineHasIsRefusedBeforeItIsBuilt) {
   try {
     small_case::set_up({"run.elements_across=1000"});

@@ -389,6 +389,7 @@ TEST(PairSums, PressureWorksOnTheVolumeChangeThatItSees) {
   for (std::size_t i = 0; i < c.p.size(); ++i) {
     c.p.body[i] = c.lattice[i][0] < 3;
     c.p.pt.p[i] = 1e6 * (1 + static_cast<double>(i % 7));
+    c.p.pt.c[i] = 1e12;  // so that no difference is more than an approach makes, and nothing gives way
     c.p.pt.e[i] = 0;
     for (auto& s : c.p.pt.s) s[i] = 0;
   }
@@ -405,6 +406,50 @@ TEST(PairSums, PressureWorksOnTheVolumeChangeThatItSees) {
     mixed += c.hood.mixed[i];
   }
   EXPECT_GT(mixed, c.p.size() / 3);
+}
+
+/// Two points of different bodies that approach at 2 m/s. Their impedance is 1.5e6 kg/(m2 s), so that the approach makes 3 MPa. The part of the
+/// difference that is beyond that is the part of the approach by which the second gives way: that strains it and not the first, and its
+/// energy takes the work. All that is lost in motion is found in both.
+TEST(PairSums, StrangersGiveWayToMorePressureThanTheirApproachMakes) {
+  const auto run = [](double p_first, double p_second) {
+    Cloud c(1, 0);
+    c.settings = {0, 0, 0, 0};
+    c.p.resize(2);
+    c.p.pt.each_field([](std::vector<double>& a) { a[1] = a[0]; });
+    c.p.each_array([](auto& a) { a[1] = a[0]; });
+    for (std::size_t i = 0; i < 2; ++i) {
+      c.p.body[i] = static_cast<int>(i);
+      c.p.x[i] = (i == 0 ? -0.5 : 0.5) * spacing * Vec3::UnitX();
+      c.p.v[i] = (i == 0 ? 0.5 : -1.5) * Vec3::UnitX();
+      c.p.pt.rho[i] = rho_0, c.p.pt.c[i] = 1500, c.p.pt.e[i] = 0, c.p.pt.p[i] = i == 0 ? p_first : p_second;
+      for (auto& s : c.p.pt.s) s[i] = 0;
+      sph::set_smoothing_length(c.p, i);
+    }
+    c.sums();
+    constexpr double dt = 1e-9;
+    c.work(dt, 0);
+    double lost = 0;
+    for (std::size_t i = 0; i < 2; ++i) lost -= c.p.f[i].dot(c.p.v[i]) * dt;
+    struct Found {
+      double lost, energy[2], strain[2];
+    };
+    return Found{lost, {c.p.pt.m[0] * c.p.pt.e[0], c.p.pt.m[1] * c.p.pt.e[1]}, {-c.gradient[0].trace(), -c.gradient[1].trace()}};
+  };
+  constexpr double exact = 1e-6;  // pressures and weights are kept in single precision
+  const auto parts = [&](double p_first, double p_second, double by) {
+    const auto given = run(p_first, p_second), none = run(1e6, 1e6);
+    EXPECT_GT(none.lost, 0);
+    EXPECT_NEAR(given.energy[0] + given.energy[1], given.lost, exact * given.lost);
+    EXPECT_NEAR(given.energy[0], given.lost * p_first * (1 - by) / (p_first + p_second), exact * given.lost) << p_first;
+    EXPECT_NEAR(given.strain[0], none.strain[0] * (1 - by), exact * none.strain[0]) << p_first;
+    EXPECT_NEAR(given.strain[1], none.strain[1] * (1 + by), exact * none.strain[1]) << p_first;
+  };
+  parts(1e6, 1e6, 0);
+  parts(3e6, 1e6, 0);
+  parts(5e6, 1e6, 0.25);
+  parts(7e6, 1e6, 0.5);
+  parts(13e6, 1e6, 0.75);
 }
 
 /// A lattice that goes through in x, whose halves touch in a plane: particles, and foreigners of the same body, each with one anchor.
