@@ -6,7 +6,9 @@
 #include <cmath>
 #include <chrono>
 #include <fstream>
+#include <malloc.h>
 #include <memory>
+#include <numeric>
 #include <unistd.h>
 
 #include "app/bench.hpp"
@@ -63,6 +65,7 @@ struct Pilot {
   double seconds = 0;              ///< that it took
   std::vector<Mark> marks;         ///< every hundredth of the run, as far as it got
   Mark whole;                      ///< at its end, what is missing extrapolated
+  double bytes_beside = 0;         ///< most that it held at any of them beyond what it was built with and corner forces: particles, those beside them, contact
 };
 
 static Size size_of(const Simulation& s) {
@@ -109,6 +112,15 @@ static std::array<double, n_parts> growth(const Pilot& p, const Size& to) {
   return {n * steps, m * steps, std::sqrt(n * m) * steps};
 }
 
+/// Factor by which what is held beside elements grows to another mesh, and to the run's end: particles by the number of elements that convert, elements at
+/// their seam, which take up more, by its two-thirds power where that is smooth.
+static double growth_beside(const Pilot& p, const Size& to) {
+  const double now = matter(p, p.size), reached = std::accumulate(p.marks.back().converted.begin(), p.marks.back().converted.end(), 0.0);
+  if (!(reached > 0)) return to.n_elements / p.size.n_elements;
+  constexpr double power = 0.9;
+  return std::pow(matter(p, to) / now, power) * now / reached;
+}
+
 /// p.whole is what the pilot took as far as it got. One that did not get to the end goes on as the one before it did, by as much more as it took up to there; the first of
 /// all as in the last third of the time it covered.
 static void extrapolate(Pilot& p, const Pilot* before, double end) {
@@ -133,6 +145,18 @@ static void extrapolate(Pilot& p, const Pilot* before, double end) {
   for (std::size_t k = 0; k < n_parts; ++k) p.whole.part[k] += rest(last.part[k], then.part[k], before->whole.part[k], expected[k]);
 }
 
+/// Of corner forces that there is no room for yet.
+static double bytes_to_wake(const fem::Elements& e) {
+  const auto asleep = std::count_if(e.corner_force.begin(), e.corner_force.end(), [](const auto& chunk) { return chunk.empty(); });
+  return static_cast<double>(asleep) * fem::blocks_in_chunk * fem::block_size * 24 * sizeof(double);
+}
+
+/// What the process has asked for and not given back [byte].
+static double allocated_bytes() {
+  const struct mallinfo2 heap = mallinfo2();
+  return static_cast<double>(heap.uordblks + heap.hblkhd);
+}
+
 /// The case on a coarser mesh, to its end or for at most `budget` seconds.
 static Pilot fly(const io::Case& given, int across, double budget, const Pilot* before) {
   io::Case spec = given;
@@ -144,9 +168,11 @@ static Pilot fly(const io::Case& given, int across, double budget, const Pilot* 
   begin(*s);
   Pilot p;
   p.size = size_of(*s);
+  const double built = allocated_bytes() + bytes_to_wake(s->mesh.elements);
   const auto mark = [&] {
     p.marks.push_back({s->time, static_cast<double>(s->steps), parts(s->work), std::vector<double>(s->mesh.body_elements.size(), 0)});
     for (const auto body : s->particles.body) p.marks.back().converted[body] += std::pow(spec.particles_per_edge, -3);
+    p.bytes_beside = std::max(p.bytes_beside, allocated_bytes() + bytes_to_wake(s->mesh.elements) - built);
   };
   mark();
   using Wall = std::chrono::steady_clock;
@@ -205,12 +231,6 @@ static double bytes_per_particle() {
   return rows + sph::Actors::bytes_each + scratch + tree + lists / n;
 }
 
-/// Of corner forces that there is no room for yet.
-static double bytes_to_wake(const fem::Elements& e) {
-  const auto asleep = std::count_if(e.corner_force.begin(), e.corner_force.end(), [](const auto& chunk) { return chunk.empty(); });
-  return static_cast<double>(asleep) * fem::blocks_in_chunk * fem::block_size * 24 * sizeof(double);
-}
-
 Cost predict_cost(const Simulation& built, double budget) {
   const Size wanted = size_of(built);
   const double memory = resident_bytes();
@@ -253,10 +273,12 @@ Cost predict_cost(const Simulation& built, double budget) {
   c.particles = matter(last, wanted) * std::pow(built.spec.particles_per_edge, 3);
   // in mode sph the particles are there already, without lists, and nothing else is
   const bool particles_alone = built.spec.mode == io::Mode::sph;
-  c.bytes = small_arrays + (particles_alone ? static_cast<double>(built.particles.size()) : c.particles) * bytes_per_particle();
   const double measured = built.scene.plates.size() > 1 ? measured_bytes_per_row + measured_bytes_per_copy * built.spec.symmetry.copies() : 0.0;
-  c.bytes += measured * c.particles;
-  if (!particles_alone) c.bytes += memory + bytes_to_wake(built.mesh.elements) + (more_bytes_per_element + measured) * wanted.n_elements;
+  if (particles_alone)
+    c.bytes = small_arrays + static_cast<double>(built.particles.size()) * (bytes_per_particle() + measured);
+  else  // what a cloud's measurement takes is given back before the cloud strikes
+    c.bytes = small_arrays + memory + bytes_to_wake(built.mesh.elements) + more_bytes_per_element * wanted.n_elements +
+              std::max(measured * (wanted.n_elements + c.particles), last.bytes_beside * growth_beside(last, wanted));
   c.pilot_across = static_cast<int>(last.size.across);
   c.pilot_part = last.reached;
   c.pilot_seconds = spent;

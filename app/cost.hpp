@@ -7,7 +7,8 @@
 //   particles  stage time ~ (matter that converted, in elements of the mesh asked for) n_s
 //   contact    stage time ~ (the geometric mean of both) n_s
 // and each of the three is corrected by the power of h that the last pilots show beyond that, damped by half and held
-// within `most_trend`. The last pilot need not get to the end: it goes on as the one before it did. There are two at least.
+// within `most_trend`. Memory: what the state asked for holds as built, and what the pilot held beside its elements ~ (matter that converted)^0.9.
+// The last pilot need not get to the end: it goes on as the one before it did. There are two at least.
 #pragma once
 
 #include <string>

@@ -612,20 +612,25 @@ void pair_forces(const PairView& v, const ParticleSettings& s, std::size_t first
 
 namespace {
 
+/// How fast i and j approach, times their distance, the same seen from both [m2/s].
+inline double closing_of(const PairView& v, std::size_t i, std::size_t j) {
+  double closing = 0;
+  for (int e = 0; e < 3; ++e) closing += (v.motion[j].end[e] - v.motion[i].end[e]) * (v.place[i].x[e] - v.place[j].x[e]);
+  return closing;
+}
+
 /// Part of their approach by which stranger j gives way to i's pressure. What divides two bodies moves at the difference of their
 /// pressures over their acoustic impedance (Godunov, Mat. Sb. 47 (1959) 271): the approach makes a difference of impedance times its
 /// speed at most, and what is beyond that moves j rather than strain i. Rigid walls do not give way.
-inline double gives_way(const PairView& v, std::size_t i, std::size_t j) {
+inline double gives_way(const PairView& v, std::size_t i, std::size_t j, double closing) {
   const double over = double(v.p_contact[i]) - double(v.p_contact[j]);
-  if (!(over > 0) || v.kind[i] < 0 || v.kind[j] < 0) return 0;
-  double closing = 0, r2 = 0;  // the speed of approach, times the distance
+  if (!(over > 0) || !(closing > 0) || v.kind[i] < 0 || v.kind[j] < 0) return 0;
+  const double impedance = 0.5 * (double(v.flow[i].rho) * double(v.flow[i].c) + double(v.flow[j].rho) * double(v.flow[j].c));
+  double r2 = 0;
   for (int e = 0; e < 3; ++e) {
     const double d = v.place[i].x[e] - v.place[j].x[e];
-    closing += (v.motion[j].end[e] - v.motion[i].end[e]) * d;
     r2 += d * d;
   }
-  if (!(closing > 0)) return 0;
-  const double impedance = 0.5 * (double(v.flow[i].rho) * double(v.flow[i].c) + double(v.flow[j].rho) * double(v.flow[j].c));
   const double made = impedance * closing / __builtin_sqrt(r2);
   return over > made ? 1 - made / over : 0;
 }
@@ -635,7 +640,7 @@ struct alignas(64) WorkWeights {
   double power[group];  ///< of the row's own stress
   double rate[group];   ///< of the velocity gradient
   double pushed[group] = {};  ///< of the part of it that is not corrected
-  double push[group];   ///< of viscosity, and of twice the row's own pressure on strangers
+  double push[group];   ///< of viscosity, and of twice the row's share of what strangers press
 
   explicit WorkWeights(const NearGroup& near) {
     each_half([&](auto half) {
@@ -650,10 +655,8 @@ struct alignas(64) WorkWeights {
     for (std::size_t l = 0; l < group; ++l) {
       const std::uint32_t j = near.id[l];
       if (kin(v.kind[i], v.kind[j])) continue;
-      double closing = 0;
-      for (int e = 0; e < 3; ++e) closing += (v.motion[j].end[e] - v.motion[i].end[e]) * (v.place[i].x[e] - v.place[j].x[e]);
-      const double p = double(v.p_contact[i]);
-      const double given = gives_way(v, i, j), taken = v.kind[j] & foreign_bit ? 0 : gives_way(v, j, i);
+      const double p = double(v.p_contact[i]), closing = closing_of(v, i, j);
+      const double given = gives_way(v, i, j, closing), taken = v.kind[j] & foreign_bit ? 0 : gives_way(v, j, i, closing);
       push[l] += 2 * (p * (1 - given) + double(v.p_contact[j]) * taken) * power[l];
       power[l] = 0;
       // one that recedes leaves no tension behind: nothing would have paid for it
@@ -794,7 +797,7 @@ void foreign_work(const PairView& v, const AnchorView& anchors, std::size_t firs
         alignas(64) double kept_by[8];
         for (std::size_t l = 0; l < 8; ++l) {
           const std::uint32_t j = near.id[8 * half + l];
-          kept_by[l] = kin(v.kind[i], v.kind[j]) ? 1 : 1 - gives_way(v, j, i);
+          kept_by[l] = kin(v.kind[i], v.kind[j]) ? 1 : 1 - gives_way(v, j, i, closing_of(v, i, j));
         }
         const Doubles kept = Doubles::load(kept_by);
         Doubles left(0.0);
