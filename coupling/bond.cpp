@@ -330,7 +330,7 @@ void add_heat(const sph::Neighbourhood& hood, const Bond& bond, double dt_kick, 
   const auto parts = static_cast<std::size_t>(bond.parts());
   core::Points& pt = mesh.elements.pt;
   for (std::size_t k = 0; k < bond.x.size(); ++k)
-    pt.e[bond.elements[k / parts]] -= hood.foreign_power[k].strangers * dt_kick / pt.m[bond.elements[k / parts]];
+    pt.e[bond.elements[k / parts]] -= hood.foreign_power[k] * dt_kick / pt.m[bond.elements[k / parts]];
 }
 
 }  // namespace coupling

@@ -58,12 +58,6 @@ inline Stress stress_of(const core::Mat3& a) {
   return s;
 }
 
-/// How hard a particle of this stress presses or pulls in a pair with a foreigner of its body. In this measure those round a foreigner share
-/// what their pairs' work leaves: whoever bears nothing pays nothing. Exact but for one sum, so that both rows find the same bits.
-inline double share_of_rest(const Stress& stress, float weight, float push) {
-  return std::abs(double(weight) * double(stress.most())) + std::abs(double(push));
-}
-
 /// Velocities once the kick and contact are done.
 struct alignas(64) Motion {
   double sum[4] = {};  ///< of those before and after: the forces work on half of it [m/s]
@@ -140,12 +134,6 @@ T anchor_weight(T squared_distance) {
   return u * u + T(floor);
 }
 
-/// What its pairs' work leaves beyond what the particles book by their own motion.
-struct ForeignPower {
-  double strangers = 0;  ///< of pairs that act at its place: it gains that itself [W]
-  double anchored = 0;   ///< of those that act on its anchors, for each unit of share_of_rest(): the particles gain that [W/(Pa unit^3)]
-};
-
 struct Neighbourhood {
   std::vector<Mirror> mirrors;
   std::size_t n_particles = 0, n_foreign = 0;
@@ -188,7 +176,7 @@ struct Neighbourhood {
   std::vector<core::Vec3> anchor_force;      ///< of the particles [N]
   std::vector<std::uint8_t> bears;           ///< [n_foreign] does any of its pairs press or pull?
   std::vector<std::uint8_t> anchored;        ///< [n_particles] is one of its pairs with a foreigner's anchors?
-  std::vector<ForeignPower> foreign_power;   ///< [n_foreign]
+  std::vector<double> foreign_power;         ///< [n_foreign] what pairs with strangers do at its place beyond what those book by their own motion: it gains that [W]
 };
 
 /// The particle or foreigner of which an actor is an image, perhaps of an image; itself where it is none.

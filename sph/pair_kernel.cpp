@@ -772,51 +772,23 @@ void foreign_forces(const PairView& v, const ParticleSettings& s, const AnchorVi
   }
 }
 
-void foreign_work(const PairView& v, const AnchorView& anchors, std::size_t first, std::size_t last, ForeignPower* power) {
+void foreign_work(const PairView& v, const AnchorView& anchors, std::size_t first, std::size_t last, double* power) {
   for (std::size_t i = first; i < last; ++i) {
-    power[i - first] = {};
     const std::size_t k = i - anchors.n_particles;
-    if (!anchors.bears[k]) continue;
-    const std::size_t n_anchors = anchors.start[k + 1] - anchors.start[k];
-    const Own own(v, i);
-    Doubles strangers(0.0), anchored(0.0), shares(0.0);
-    for (NearGroup near(v, i); near.left > 0; near.advance()) {
-      const ForeignGroup at(v, own, near);
-      each_half([&](auto half) {
-        if (8 * half >= near.left) return;  // foreigners have few near ones: mostly one half is filling
-        PairForce f;
-        pair_force<half>(v, i, near, at, f);
-        weigh_anchors<half>(anchors, i, at, anchors.scratch);
-        static_assert(sizeof(Motion) == 64 && offsetof(Motion, sum) == 0);
-        std::uint32_t sums[8];
-        for (int l = 0; l < 8; ++l) sums[l] = 2 * near.id[8 * half + l];
-        Doubles twice_mean[4];
-        load_columns(v.motion, sums, twice_mean);
-        // what the particle does not book of the pair's work: its force acts on the anchors, not at the centre
-        const Doubles share = widen<half>(at.anchored);
-        alignas(64) double kept_by[8];
-        for (std::size_t l = 0; l < 8; ++l) {
-          const std::uint32_t j = near.id[8 * half + l];
-          kept_by[l] = kin(v.kind[i], v.kind[j]) ? 1 : 1 - gives_way(v, j, i, closing_of(v, i, j));
-        }
-        const Doubles kept = Doubles::load(kept_by);
-        Doubles left(0.0);
+    double left = 0;  // of what is done at its place, beyond what strangers book
+    for (NearGroup near(v, i); near.left > 0 && anchors.bears[k]; near.advance())
+      for (std::size_t l = 0, n = near.count(); l < n; ++l) {
+        const std::uint32_t j = near.id[l];
+        if (kin(v.kind[i], v.kind[j])) continue;
+        const double weight = double(near.weight[l]), push = double(near.push[l]), kept = 1 - gives_way(v, j, i, closing_of(v, i, j));
         for (int e = 0; e < 3; ++e) {
-          Doubles at_anchors(0.0);
-          for (std::size_t n = 0; n < n_anchors; ++n)
-            at_anchors += Doubles::load(anchors.scratch + anchor_scratch * n) * Doubles(anchors.v_mean[anchors.start[k] + n][e]);
-          const Doubles mean = Doubles(0.5) * twice_mean[e];
-          const Doubles booked = kept * f.other[e] + Doubles(0.5) * f.viscous[e];
-          left += f.all(e) * (at_anchors - mean) - booked * (Doubles(0.5 * v.motion[i].sum[e]) - mean);
+          const double d = v.place[i].x[e] - v.place[j].x[e], mean = 0.5 * v.motion[j].sum[e];
+          const double own = -double(v.p_contact[i]) * (weight * d), other = -double(v.p_contact[j]) * (weight * d), viscous = -(push * d);
+          left += ((own + other) + viscous) * (anchors.v_mean[anchors.start[k + 1] - 1][e] - mean) -
+                  (kept * other + 0.5 * viscous) * (0.5 * v.motion[i].sum[e] - mean);
         }
-        anchored += share * left, strangers += (Doubles(1.0) - share) * left;
-        alignas(64) double shares_of[8];
-        for (std::size_t l = 8 * half; l < 8 * half + 8; ++l) shares_of[l % 8] = share_of_rest(v.stress[near.id[l]], near.weight[l], near.push[l]);
-        shares += share * Doubles::load(shares_of);
-      });
-    }
-    power[i - first].strangers = total(strangers);
-    if (const double all = total(shares); all > 0) power[i - first].anchored = total(anchored) / all;
+      }
+    power[i - first] = v.unit * v.unit * v.unit * left;
   }
 }
 

@@ -88,7 +88,7 @@ struct RowWork {
   void pair_forces(const PairView&, const ParticleSettings&, std::size_t first, std::size_t last, RowForce* force); \
   void pair_work(const PairView&, std::size_t first, std::size_t last, RowWork* work);                              \
   void foreign_forces(const PairView&, const ParticleSettings&, const AnchorView&, std::size_t first, std::size_t last); \
-  void foreign_work(const PairView&, const AnchorView&, std::size_t first, std::size_t last, ForeignPower* power);  \
+  void foreign_work(const PairView&, const AnchorView&, std::size_t first, std::size_t last, double* power);        \
   }
 EJECTA_DECLARE(baseline)
 EJECTA_DECLARE(avx2)

@@ -174,27 +174,20 @@ static Mat3 free_expansion(const core::Points& pt, std::size_t i, double rho_0, 
   return Mat3::Identity() * (pt.p[i] / (pt.rho[i] * c * c) * std::min(c / edge, 0.5 / dt) / 3);
 }
 
-/// f(j, weight, push) for every pair of a particle whose force acts on j's anchors.
+/// f(j, weight, push, pull) for every pair of a particle whose force acts on j's anchors.
 template <class F>
 static void for_each_anchored_pair(const Neighbourhood& hood, std::size_t i, F&& f) {
+  const bool pulls = (hood.actors.kind[i] & tension_bit) != 0;
   for (std::size_t n = 0; n < hood.n_near[i]; ++n) {
-    const std::size_t slot = hood.near_start[i] + n / group, j = hood.near[slot].at[n % group];
-    if (acts_on_anchors(hood.actors.kind[i], hood.actors.kind[j])) f(j, hood.weight[slot].at[n % group], hood.push[slot].at[n % group]);
+    const std::size_t slot = hood.near_start[i] + n / group, l = n % group, j = hood.near[slot].at[l];
+    if (acts_on_anchors(hood.actors.kind[i], hood.actors.kind[j]))
+      f(j, hood.weight[slot].at[l], hood.push[slot].at[l], pulls ? hood.pull[hood.pull_start[i] + n / group].at[l] : 0.0f);
   }
 }
 
-/// A particle's share of what the pairs of anchored foreigners leave [W].
-static double anchored_power(const Neighbourhood& hood, std::size_t i) {
-  double power = 0;
-  for_each_anchored_pair(hood, i, [&](std::size_t j, float weight, float push) {
-    power += share_of_rest(hood.actors.stress[i], weight, push) * hood.foreign_power[owner(hood, j) - hood.n_particles].anchored;
-  });
-  return power;
-}
-
-/// Where the anchors of a pair of a particle at x_i and foreigner j are, in the mean by their weights, and how fast.
+/// Where the anchors of a pair of a particle at x_i and foreigner j are, in the mean by their weights, and how fast: now, and in the mean of the kick.
 struct Foot {
-  Vec3 x, v;
+  Vec3 x, v, v_mean;
 };
 
 static Foot foot(const Neighbourhood& hood, const Vec3& x_i, std::size_t j) {
@@ -203,37 +196,56 @@ static Foot foot(const Neighbourhood& hood, const Vec3& x_i, std::size_t j) {
     const Image& image = hood.images[j - n_real];
     const Mirror& m = hood.mirrors[image.mirror];
     const Foot source = foot(hood, mirrored(m, x_i), image.source);
-    return {mirrored(m, source.x), reflect(m, source.v)};
+    return {mirrored(m, source.x), reflect(m, source.v), reflect(m, source.v_mean)};
   }
   const std::size_t k = j - hood.n_particles, begin = hood.anchor_start[k], centre = hood.anchor_start[k + 1] - 1;
-  if (begin == centre) return {hood.anchor_x[centre], hood.anchor_v[centre]};
+  if (begin == centre) return {hood.anchor_x[centre], hood.anchor_v[centre], hood.anchor_v_mean[centre]};
   const Frame& frame = hood.frame[k];
   const Vec3 middle = frame.xi + 0.5 * frame.per_x * (x_i - hood.anchor_x[centre]);
   double sum = 0;
-  Foot f{Vec3::Zero(), Vec3::Zero()};
+  Foot f{Vec3::Zero(), Vec3::Zero(), Vec3::Zero()};
   for (std::size_t n = begin; n < centre; ++n) {
     const double w = anchor_weight((hood.anchor_xi[n] - middle).squaredNorm());
-    sum += w, f.x += w * hood.anchor_x[n], f.v += w * hood.anchor_v[n];
+    sum += w, f.x += w * hood.anchor_x[n], f.v += w * hood.anchor_v[n], f.v_mean += w * hood.anchor_v_mean[n];
   }
-  return {f.x / sum, f.v / sum};
+  return {f.x / sum, f.v / sum, f.v_mean / sum};
 }
 
-/// What the anchors of its pairs add to a particle's velocity gradient l: their motion against the middles of the pairs beyond
-/// what l explains. Where anchors are further from there than on any lattice of particles and parts, measured by the pair's length (a particle
-/// that has slipped round its seam's rim), l is not trusted that far: else what parts from its seam would be compressed by parting.
-static Mat3 gradient_of_anchors(const Neighbourhood& hood, std::size_t i, const Mat3& l, const Mat3& correction) {
+static Vec3 times(const Stress& s, const Vec3& g) {
+  Vec3 f;
+  for (int e = 0; e < 3; ++e) f[e] = double(s.column[0][e]) * g[0] + double(s.column[1][e]) * g[1] + double(s.column[2][e]) * g[2];
+  return f;
+}
+
+/// What a particle's pairs with anchored foreigners add to what it takes from them as if its forces acted at their centres.
+struct AtAnchors {
+  Mat3 gradient;  ///< to its velocity gradient [1/s]
+  double power;   ///< to the power of its forces [W]
+};
+
+/// The gradient: of the anchors' motion against the middles of the pairs beyond what l, that of the centres, explains. Where anchors are further from
+/// there than on any lattice of particles and parts, measured by the pair's length (a particle that has slipped round its seam's rim), l is not trusted
+/// that far: else what parts from its seam would be compressed by parting. The power: of each pair's force at its anchors, less what pair_work() booked.
+static AtAnchors at_anchors(const Neighbourhood& hood, std::size_t i, const Mat3& l, const Mat3& correction) {
   const Actors& a = hood.actors;
   const auto velocity = [&](std::size_t k) { return Vec3(a.motion[k].end[0], a.motion[k].end[1], a.motion[k].end[2]); };
-  Mat3 sum = Mat3::Zero();
-  for_each_anchored_pair(hood, i, [&](std::size_t j, float weight, float) {
+  const auto mean = [&](std::size_t k) { return Vec3(0.5 * a.motion[k].sum[0], 0.5 * a.motion[k].sum[1], 0.5 * a.motion[k].sum[2]); };
+  AtAnchors r{Mat3::Zero(), 0};
+  for_each_anchored_pair(hood, i, [&](std::size_t j, float weight, float push, float pull) {
     const Vec3 &x_i = a.place[i].x, &x_j = a.place[j].x;
     const Foot at = foot(hood, x_i, j);
     const Vec3 d = x_i - x_j, lever = 2 * at.x - x_i - x_j;
     const Vec3 apart = (2 * at.v - velocity(i) - velocity(j)) - l * lever;
     const double trust = std::min(1.0, 2 * d.squaredNorm() / lever.squaredNorm());
-    sum += double(weight) * trust * apart * d.transpose();
+    r.gradient += double(weight) * trust * apart * d.transpose();
+    // the force on the particle: its stress twice, artificial stress once, viscosity, of which it books half where its kin would book the other
+    const Vec3 plain = times(a.stress[i], double(weight) * d), viscous = -double(push) * d;
+    const Vec3 other = pull != 0 ? Vec3(plain + times(a.artificial[i], double(pull) * d)) : plain;
+    r.power += (other + 0.5 * viscous).dot(mean(j) - mean(i)) - (plain + other + viscous).dot(at.v_mean - mean(i));
   });
-  return sum * correction / double(a.place[i].volume);
+  r.gradient = r.gradient * correction / double(a.place[i].volume);
+  r.power *= hood.unit * hood.unit * hood.unit;
+  return r;
 }
 
 void pair_work(const ParticleSettings& settings, const std::vector<double>& rho_0, double dt_kick, double dt_drift, const std::vector<Mat3>& correction,
@@ -250,7 +262,11 @@ void pair_work(const ParticleSettings& settings, const std::vector<double>& rho_
       p.pt.e[i] -= w.power * dt_kick / p.pt.m[i];
       using Rows = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>;
       Mat3 l = Rows(w.rate[0]) * correction[i] + Rows(w.pushed[0]);
-      if (hood.anchored[i]) l += gradient_of_anchors(hood, i, l, correction[i]);
+      if (hood.anchored[i]) {
+        const AtAnchors seam = at_anchors(hood, i, l, correction[i]);
+        l += seam.gradient;
+        p.pt.e[i] -= seam.power * dt_kick / p.pt.m[i];
+      }
       l = velocity_gradient[i] = hood.n_near[i] > 0 ? at_mid_step(l, dt_drift) : free_expansion(p.pt, i, rho_0[p.body[i]], dt_drift);
       p.stretch[i] = l.diagonal();
       p.shear[i] = 0.5 * Vec3(l(0, 1) + l(1, 0), l(1, 2) + l(2, 1), l(2, 0) + l(0, 2));
@@ -259,9 +275,6 @@ void pair_work(const ParticleSettings& settings, const std::vector<double>& rho_
   });
   for_each_foreign_block(hood, [&](std::size_t first, std::size_t last, const AnchorView& anchors) {
     kernel.foreign_work(pairs, anchors, first, last, hood.foreign_power.data() + (first - hood.n_particles));
-  });
-  core::for_each(hood.n_foreign > 0 ? hood.n_particles : 0, [&](std::size_t i) {
-    if (hood.anchored[i]) p.pt.e[i] -= anchored_power(hood, i) * dt_kick / p.pt.m[i];
   });
 }
 

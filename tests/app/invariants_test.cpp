@@ -699,7 +699,7 @@ TEST(Guards, ABallOfWaterRuns) {
   auto s = small_case::begin({"run.end=\"0.5 us\"", "body.0.velocity=[0, 0, -7000]", "body.0.material=\"water\"", "body.1.thickness=\"0.2 mm\"",
                               "body.1.center=[0, 0, -0.1e-3]", "materials.water.rho_0=1000",
                               "materials.water.eos={model = \"mie_grueneisen\", c_0 = 1450, s_1 = 1.99, gamma_0 = 0.4934, a = 0, cv = 4186}"});
-  EXPECT_GT(run_to_the_end(*s).coldest, -0.05 * 0.5 * 3500 * 3500);  // of what a shock leaves at half the speed; -0.024
+  EXPECT_GT(run_to_the_end(*s).coldest, -0.001 * 0.5 * 3500 * 3500);  // of what a shock leaves at half the speed; -0.024 to -0.1 while particles paid for each other's work at a seam
 }
 
 TEST(Guards, ParticlesThatPartFromTheRimOfTheirSeamRun) {
