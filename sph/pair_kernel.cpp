@@ -284,13 +284,9 @@ struct ForeignGroup {
   }
 };
 
-/// The force between a foreigner's row and eight of its neighbours, its parts one by one.
+/// The force on a foreigner of eight of its neighbours [N].
 struct PairForce {
-  Doubles own[3];       ///< part of the force on i that stands for i's own stress: j's once more among kin, i's pressure among strangers
-  Doubles other[3];     ///< part that j's stress makes
-  Doubles viscous[3];   ///< shared half and half
-
-  Doubles all(int e) const { return (own[e] + other[e]) + viscous[e]; }  ///< the whole force
+  Doubles along[3];
 };
 
 /// What j's stress makes of the force on foreigner i, over unit^3. Among kin without artificial stress: `plain`.
@@ -337,9 +333,8 @@ template <int half>
   load_columns(rows, in_order, other);
   load_columns(plain_rows, in_order, plain);
   for (int e = 0; e < 3; ++e) {
-    f.own[e] = scale * (plain[e] - p * (contact * d[e]));
-    f.other[e] = scale * other[e];
-    f.viscous[e] = Doubles(0.0) - scale * (push * d[e]);
+    const Doubles own = scale * (plain[e] - p * (contact * d[e]));  // stands for the own stress: theirs once more among kin, the own pressure among strangers
+    f.along[e] = (own + scale * other[e]) - scale * (push * d[e]);
   }
 }
 
@@ -351,7 +346,7 @@ inline void add_wall_force(const ForeignGroup& at, const PairForce& f, core::Vec
   const unsigned bits = behind.bits() >> (8 * half);
   for (int e = 0; e < 3; ++e) {
     alignas(64) double lanes[8];
-    f.all(e).store(lanes);
+    f.along[e].store(lanes);
     for (int l = 0; l < 8; ++l)
       if (bits >> l & 1) wall[e] += lanes[l];
   }
@@ -761,7 +756,7 @@ void foreign_forces(const PairView& v, const ParticleSettings& s, const AnchorVi
           const Doubles weight = Doubles::load(lanes);
           for (int e = 0; e < 3; ++e) {
             double* const sum = lanes + 8 * (e + 1);
-            (Doubles::load(sum) + weight * f.all(e)).store(sum);
+            (Doubles::load(sum) + weight * f.along[e]).store(sum);
           }
         }
       });
