@@ -284,11 +284,6 @@ struct ForeignGroup {
   }
 };
 
-/// The force on a foreigner of eight of its neighbours [N].
-struct PairForce {
-  Doubles along[3];
-};
-
 /// What j's stress makes of the force on foreigner i, over unit^3. Among kin without artificial stress: `plain`.
 [[gnu::always_inline]] inline Four force_of_other(const PairView& v, std::size_t i, const NearGroup& near, std::size_t l, Four& plain) {
   const std::uint32_t j = near.id[l];
@@ -316,9 +311,9 @@ inline bool bears(const PairView& v, const Own& own, const NearGroup& near) {
   return false;
 }
 
-/// Half of a foreigner's group: the same bits as in the particles' rows.
+/// Forces of half of a foreigner's group on it [N]: the same bits as in the particles' rows.
 template <int half>
-[[gnu::always_inline]] inline void pair_force(const PairView& v, std::size_t i, const NearGroup& near, const ForeignGroup& at, PairForce& f) {
+[[gnu::always_inline]] inline void pair_force(const PairView& v, std::size_t i, const NearGroup& near, const ForeignGroup& at, Doubles f[3]) {
   const Doubles scale(v.unit * v.unit * v.unit), p(double(v.p_contact[i]));
   const Doubles* const d = at.pair.d.exact[half];
   const Doubles contact = widen<half>(at.contact), push = widen<half>(Singles::load(near.push));
@@ -334,19 +329,19 @@ template <int half>
   load_columns(plain_rows, in_order, plain);
   for (int e = 0; e < 3; ++e) {
     const Doubles own = scale * (plain[e] - p * (contact * d[e]));  // stands for the own stress: theirs once more among kin, the own pressure among strangers
-    f.along[e] = (own + scale * other[e]) - scale * (push * d[e]);
+    f[e] = (own + scale * other[e]) - scale * (push * d[e]);
   }
 }
 
 /// Adds the part of images behind rigid walls, over half of a foreigner's group.
 template <int half>
-inline void add_wall_force(const ForeignGroup& at, const PairForce& f, core::Vec3& wall) {
+inline void add_wall_force(const ForeignGroup& at, const Doubles f[3], core::Vec3& wall) {
   const Yes behind = at.kinds < Ints(0);
   if (!any(behind)) return;
   const unsigned bits = behind.bits() >> (8 * half);
   for (int e = 0; e < 3; ++e) {
     alignas(64) double lanes[8];
-    f.along[e].store(lanes);
+    f[e].store(lanes);
     for (int l = 0; l < 8; ++l)
       if (bits >> l & 1) wall[e] += lanes[l];
   }
@@ -747,7 +742,7 @@ void foreign_forces(const PairView& v, const ParticleSettings& s, const AnchorVi
       anchors.bears[k] = 1;
       each_half([&](auto half) {
         if (8 * half >= near.left) return;  // foreigners have few near ones: mostly one half is filling
-        PairForce f;
+        Doubles f[3];
         pair_force<half>(v, i, near, at, f);
         if (anchors.wall) add_wall_force<half>(at, f, anchors.wall[k]);
         weigh_anchors<half>(anchors, i, at, anchors.scratch);
@@ -756,7 +751,7 @@ void foreign_forces(const PairView& v, const ParticleSettings& s, const AnchorVi
           const Doubles weight = Doubles::load(lanes);
           for (int e = 0; e < 3; ++e) {
             double* const sum = lanes + 8 * (e + 1);
-            (Doubles::load(sum) + weight * f.along[e]).store(sum);
+            (Doubles::load(sum) + weight * f[e]).store(sum);
           }
         }
       });

@@ -61,7 +61,7 @@ struct AnchorView {
   core::Vec3* force;
   std::uint8_t* bears;  ///< [row - n_particles] does any of its pairs press or pull?
   core::Vec3* wall;  ///< [row - n_particles] part of images behind rigid walls; none if there are no walls [N]
-  double* scratch;  ///< anchor_scratch doubles for each anchor of the longest row
+  double* scratch;  ///< of forces: anchor_scratch doubles for each anchor of the longest row
 };
 constexpr std::size_t anchor_scratch = 32;
 

@@ -63,18 +63,9 @@ static PairKernels kernels() {
 #undef EJECTA_KERNELS
 }
 
-/// f(first, last, anchors) over blocks of the foreigners' rows.
-template <class F>
-static void for_each_foreign_block(Neighbourhood& hood, F&& f) {
-  std::uint32_t longest = 0;
-  for (std::size_t k = 0; k < hood.n_foreign; ++k)
-    longest = std::max(longest, hood.anchor_start[k + 1] - hood.anchor_start[k]);
-  core::for_each_block(hood.n_foreign, row_block, [&](std::size_t first, std::size_t last) {
-    std::vector<double> scratch(anchor_scratch * longest);
-    const AnchorView anchors{hood.n_particles, hood.anchor_start.data(), hood.anchor_xi.data(), hood.frame.data(), hood.anchor_v_mean.data(), hood.anchor_force.data(), hood.bears.data(),
-                             hood.wall_force.empty() ? nullptr : hood.wall_force.data() + hood.n_particles, scratch.data()};
-    f(hood.n_particles + first, hood.n_particles + last, anchors);
-  });
+static AnchorView anchors_of(Neighbourhood& hood, double* scratch) {
+  return {hood.n_particles, hood.anchor_start.data(), hood.anchor_xi.data(), hood.frame.data(), hood.anchor_v_mean.data(), hood.anchor_force.data(), hood.bears.data(),
+          hood.wall_force.empty() ? nullptr : hood.wall_force.data() + hood.n_particles, scratch};
 }
 
 /// n . a n of a symmetric tensor, xx yy zz xy yz zx.
@@ -146,8 +137,11 @@ void add_pair_forces(const ParticleSettings& settings, Neighbourhood& hood, Part
       if (walls) hood.wall_force[i] = vec(force[i - first].wall);
     }
   });
-  for_each_foreign_block(hood, [&](std::size_t first, std::size_t last, const AnchorView& anchors) {
-    kernel.foreign_forces(pairs, settings, anchors, first, last);
+  std::uint32_t longest = 0;
+  for (std::size_t k = 0; k < hood.n_foreign; ++k) longest = std::max(longest, hood.anchor_start[k + 1] - hood.anchor_start[k]);
+  core::for_each_block(hood.n_foreign, row_block, [&](std::size_t first, std::size_t last) {
+    std::vector<double> scratch(anchor_scratch * longest);
+    kernel.foreign_forces(pairs, settings, anchors_of(hood, scratch.data()), hood.n_particles + first, hood.n_particles + last);
   });
 }
 
@@ -273,8 +267,8 @@ void pair_work(const ParticleSettings& settings, const std::vector<double>& rho_
       p.dt[i] = hood.n_near[i] > 0 ? stable_step(p.h[i], double(hood.acoustic[i]) * p.pt.c[i], settings, hood.approach[i]) : unlimited;
     }
   });
-  for_each_foreign_block(hood, [&](std::size_t first, std::size_t last, const AnchorView& anchors) {
-    kernel.foreign_work(pairs, anchors, first, last, hood.foreign_power.data() + (first - hood.n_particles));
+  core::for_each_block(hood.n_foreign, row_block, [&](std::size_t first, std::size_t last) {
+    kernel.foreign_work(pairs, anchors_of(hood, nullptr), hood.n_particles + first, hood.n_particles + last, hood.foreign_power.data() + first);
   });
 }
 
