@@ -229,9 +229,10 @@ bool has_room(const Neighbourhood& hood) {
   return true;
 }
 
-/// So many groups; what they hold is lost.
+/// So many groups and one, so that rows without any have a place too; what they hold is lost.
 template <class... Groups>
-static void size_anew(std::size_t n, Groups&... groups) {
+static void size_anew(std::size_t n_groups, Groups&... groups) {
+  const std::size_t n = n_groups + 1;
   if (((n > groups.capacity()) || ...)) {
     core::free_all(groups...);  // first, so that old and new never take up room together
     (groups.reserve(n + n / 16), ...);
