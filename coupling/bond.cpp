@@ -4,6 +4,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <span>
 
 #include "core/box.hpp"
@@ -205,6 +206,14 @@ void find_seam(const fem::Mesh& mesh, Bond& bond) {
     bond.seam_start.push_back(static_cast<std::uint32_t>(bond.seam_node.size()));
   }
   bond.seam_of = bond.elements;
+  constexpr auto nowhere = std::numeric_limits<std::uint32_t>::max();
+  std::vector<std::uint32_t> row_of(mesh.nodes.size(), nowhere);
+  bond.seam.clear();
+  bond.seam_row.clear();
+  for (const auto nd : bond.seam_node) {
+    if (row_of[nd] == nowhere) row_of[nd] = static_cast<std::uint32_t>(bond.seam.size()), bond.seam.push_back(nd);
+    bond.seam_row.push_back(row_of[nd]);
+  }
 }
 
 void update_centres(const fem::Mesh& mesh, Bond& bond) {
@@ -223,12 +232,18 @@ static std::span<const std::uint32_t> seam_of(const Bond& bond, std::size_t k) {
   return std::span(bond.seam_node).subspan(bond.seam_start[k], bond.seam_start[k + 1] - bond.seam_start[k]);
 }
 
+/// Mean derivative of a nodal field in the element's parent cube.
+static core::Mat3 by_corners(const fem::Mesh& mesh, std::size_t el, const std::vector<Vec3>& a) {
+  core::Mat3 per_xi = core::Mat3::Zero();
+  for (int i = 0; i < 8; ++i) per_xi += 0.125 * a[static_cast<std::size_t>(mesh.elements.node[el][static_cast<std::size_t>(i)])] * fem::corner(i).transpose();
+  return per_xi;
+}
+
 /// The element's parent cube by its mean gradient, which hourglass motion leaves alone; a cube of its volume where that has collapsed.
 static sph::Frame frame_of(const fem::Mesh& mesh, std::size_t el, const Vec3& part) {
   const fem::Elements& e = mesh.elements;
   const double volume = e.pt.m[el] / e.pt.rho[el];
-  core::Mat3 per_xi = core::Mat3::Zero();
-  for (int i = 0; i < 8; ++i) per_xi += 0.125 * mesh.nodes.x[static_cast<std::size_t>(e.node[el][static_cast<std::size_t>(i)])] * fem::corner(i).transpose();
+  core::Mat3 per_xi = by_corners(mesh, el, mesh.nodes.x);
   constexpr double collapsed = 1e-3;
   if (!(8 * per_xi.determinant() > collapsed * volume)) per_xi = 0.5 * std::cbrt(volume) * core::Mat3::Identity();
   return {part, per_xi.inverse()};
@@ -245,12 +260,14 @@ void fill_foreign(const fem::Mesh& mesh, const Bond& bond, sph::Neighbourhood& h
   hood.anchor_start.assign(bond.x.size() + 1, 0);
   for (std::size_t k = 0; k < bond.x.size(); ++k)
     hood.anchor_start[k + 1] = hood.anchor_start[k] + static_cast<std::uint32_t>(seam_of(bond, k / parts).size()) + 1;
+  hood.foreign_mass.resize(bond.x.size());
   using sph::single;
   const double per_unit = 1 / (hood.unit * hood.unit * hood.unit);
   core::for_each(bond.x.size(), [&](std::size_t k) {
     const std::size_t el = bond.elements[k / parts];
     const std::size_t i = hood.n_particles + k;
     sph::Actors& a = hood.actors;
+    hood.foreign_mass[k] = e.pt.m[el];
     const double rho = e.pt.rho[el], volume = e.pt.m[el] / bond.parts() / rho;
     a.place[i] = {bond.x[k], single(part_h(e, el, bond)), single(volume * per_unit)};
     a.flow[i] = {fem::at(mesh, el, mesh.nodes.v, fem::part_centre(bond.per_edge, static_cast<int>(k % parts))), single(e.pt.c[el]), single(rho)};
@@ -284,6 +301,36 @@ void fill_anchors(const fem::Mesh& mesh, const Bond& bond, sph::Neighbourhood& h
   });
 }
 
+/// dv/dx round each foreigner's anchors: the mean over its seam's nodes of what the elements with a corner there have, in their mean motion; a foreigner
+/// without a seam has its own element's.
+static void fill_foreign_gradients(const fem::Mesh& mesh, const Bond& bond, sph::Neighbourhood& hood) {
+  const auto parts = static_cast<std::size_t>(bond.parts());
+  const auto rows_of = [&](std::size_t k) { return std::span(bond.seam_row).subspan(bond.seam_start[k / parts], seam_of(bond, k / parts).size()); };
+  hood.foreign_gradient.resize(bond.x.size());
+  core::for_each(bond.x.size(), [&](std::size_t k) {
+    if (!lonely(hood, k)) hood.foreign_gradient[k] = by_corners(mesh, bond.elements[k / parts], mesh.nodes.v) * hood.frame[k].per_x;
+  });
+  std::vector<core::Mat3> at_node(bond.seam.size(), core::Mat3::Zero());
+  std::vector<int> count(bond.seam.size(), 0);
+  for (std::size_t k = 0; k < bond.x.size(); ++k)
+    if (!lonely(hood, k) && bond.ring[bond.elements[k / parts]] == 1)
+      for (const auto row : rows_of(k)) at_node[row] += hood.foreign_gradient[k], ++count[row];
+  for (std::size_t row = 0; row < at_node.size(); ++row) {
+    if (count[row] > 0) at_node[row] /= count[row];
+    for (int d = 0; d < 3; ++d)  // the elements' images behind a symmetry plane have the rest
+      if (mesh.nodes.fixed[bond.seam[row]] & (1 << d))
+        for (const int other : {(d + 1) % 3, (d + 2) % 3}) at_node[row](d, other) = at_node[row](other, d) = 0;
+  }
+  core::for_each(bond.x.size(), [&](std::size_t k) {
+    if (lonely(hood, k)) return;
+    core::Mat3 sum = core::Mat3::Zero();
+    int n = 0;
+    for (const auto row : rows_of(k))
+      if (count[row] > 0) sum += at_node[row], ++n;
+    if (n > 0) hood.foreign_gradient[k] = sum / n;
+  });
+}
+
 void fill_foreign_velocities(const fem::Mesh& mesh, const Bond& bond, sph::Neighbourhood& hood) {
   const auto parts = static_cast<std::size_t>(bond.parts());
   hood.anchor_v.resize(hood.anchor_xi.size());
@@ -302,6 +349,7 @@ void fill_foreign_velocities(const fem::Mesh& mesh, const Bond& bond, sph::Neigh
     hood.anchor_v[row] = v;
     hood.anchor_v_mean[row] = fem::at(mesh, el, mesh.nodes.v_mean, xi);
   });
+  fill_foreign_gradients(mesh, bond, hood);
 }
 
 void add_reaction(const sph::Neighbourhood& hood, const Bond& bond, fem::Mesh& mesh) {

@@ -25,6 +25,8 @@ struct Bond {
   std::vector<core::Vec3> watched_x;    ///< their centres [m]
   std::vector<std::uint32_t> seam_start, seam_node;  ///< rows of the nodes that take the reaction, one an element
   std::vector<std::uint32_t> seam_of;   ///< the elements, as they were when those rows were made
+  std::vector<std::uint32_t> seam;      ///< the nodes of all rows, each once
+  std::vector<std::uint32_t> seam_row;  ///< of each of seam_node: where it stands in seam
   std::vector<std::uint8_t> on_seam;    ///< [node] an element at it was converted
   std::vector<std::uint8_t> ring;       ///< [element] 1: has a node on the seam, 2: touches one that has, 0: neither
   std::size_t seam_removed = 0;         ///< elements removed when these two were made; empty before the first

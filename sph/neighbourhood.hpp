@@ -171,12 +171,14 @@ struct Neighbourhood {
   std::vector<core::Vec3> anchor_xi;         ///< in the foreigner's frame [-]
   std::vector<Frame> frame;                  ///< [n_foreign]
   std::vector<core::Vec3> anchor_x;          ///< [m]
+  std::vector<core::Mat3> foreign_gradient;  ///< [n_foreign] dv/dx round the anchors after the kick, by which their motion is carried on from them [1/s]
+  std::vector<double> foreign_mass;          ///< [n_foreign] of who owns it [kg]
   std::vector<core::Vec3> anchor_v;          ///< after the kick [m/s]
   std::vector<core::Vec3> anchor_v_mean;     ///< velocity at which the force does its work [m/s]
   std::vector<core::Vec3> anchor_force;      ///< of the particles [N]
   std::vector<std::uint8_t> bears;           ///< [n_foreign] does any of its pairs press or pull?
   std::vector<std::uint8_t> anchored;        ///< [n_particles] is one of its pairs with a foreigner's anchors?
-  std::vector<double> foreign_power;         ///< [n_foreign] what pairs with strangers do at its place beyond what those book by their own motion: it gains that [W]
+  std::vector<double> foreign_power;         ///< [n_foreign] what pairs do at its place, or on its owner's deformation, beyond what particles book: it gains that [W]
 };
 
 /// The particle or foreigner of which an actor is an image, perhaps of an image; itself where it is none.

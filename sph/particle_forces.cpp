@@ -179,9 +179,11 @@ static void for_each_anchored_pair(const Neighbourhood& hood, std::size_t i, F&&
   }
 }
 
-/// Where the anchors of a pair of a particle at x_i and foreigner j are, in the mean by their weights, and how fast: now, and in the mean of the kick.
+/// Where the anchors of a pair of a particle at x_i and foreigner j are, in the mean by their weights, and how fast: now, and in the mean of the kick;
+/// and the velocity gradient of the elements round them.
 struct Foot {
   Vec3 x, v, v_mean;
+  Mat3 gradient;
 };
 
 static Foot foot(const Neighbourhood& hood, const Vec3& x_i, std::size_t j) {
@@ -190,19 +192,20 @@ static Foot foot(const Neighbourhood& hood, const Vec3& x_i, std::size_t j) {
     const Image& image = hood.images[j - n_real];
     const Mirror& m = hood.mirrors[image.mirror];
     const Foot source = foot(hood, mirrored(m, x_i), image.source);
-    return {mirrored(m, source.x), reflect(m, source.v), reflect(m, source.v_mean)};
+    const Mat3 mirror = Mat3::Identity() - 2 * m.normal * m.normal.transpose();
+    return {mirrored(m, source.x), reflect(m, source.v), reflect(m, source.v_mean), mirror * source.gradient * mirror};
   }
   const std::size_t k = j - hood.n_particles, begin = hood.anchor_start[k], centre = hood.anchor_start[k + 1] - 1;
-  if (begin == centre) return {hood.anchor_x[centre], hood.anchor_v[centre], hood.anchor_v_mean[centre]};
+  if (begin == centre) return {hood.anchor_x[centre], hood.anchor_v[centre], hood.anchor_v_mean[centre], hood.foreign_gradient[k]};
   const Frame& frame = hood.frame[k];
   const Vec3 middle = frame.xi + 0.5 * frame.per_x * (x_i - hood.anchor_x[centre]);
   double sum = 0;
-  Foot f{Vec3::Zero(), Vec3::Zero(), Vec3::Zero()};
+  Foot f{Vec3::Zero(), Vec3::Zero(), Vec3::Zero(), hood.foreign_gradient[k]};
   for (std::size_t n = begin; n < centre; ++n) {
     const double w = anchor_weight((hood.anchor_xi[n] - middle).squaredNorm());
     sum += w, f.x += w * hood.anchor_x[n], f.v += w * hood.anchor_v[n], f.v_mean += w * hood.anchor_v_mean[n];
   }
-  return {f.x / sum, f.v / sum, f.v_mean / sum};
+  return {f.x / sum, f.v / sum, f.v_mean / sum, f.gradient};
 }
 
 static Vec3 times(const Stress& s, const Vec3& g) {
@@ -217,28 +220,36 @@ struct AtAnchors {
   double power;   ///< to the power of its forces [W]
 };
 
-/// The gradient: of the anchors' motion against the middles of the pairs beyond what l, that of the centres, explains. Where anchors are further from
-/// there than on any lattice of particles and parts, measured by the pair's length (a particle that has slipped round its seam's rim), l is not trusted
-/// that far: else what parts from its seam would be compressed by parting. The power: of each pair's force at its anchors, less what pair_work() booked.
-static AtAnchors at_anchors(const Neighbourhood& hood, std::size_t i, const Mat3& l, const Mat3& correction) {
+/// Power of a force on the deformation of a foreigner's owner [W].
+struct OwnersPower {
+  std::size_t foreigner;
+  double power;
+};
+
+/// The gradient: of the anchors' motion, carried on to the middles of the pairs as the elements round them deform, beyond what the centres' motion says. The
+/// power: of each pair's force at its anchors, less what pair_work() booked. What the force does on the elements' deformation between anchors and middle
+/// strains the particle no more than the foreigner's owner; it goes to both, by mass.
+static AtAnchors at_anchors(const Neighbourhood& hood, std::size_t i, double mass, const Mat3& correction, std::vector<OwnersPower>& owners) {
   const Actors& a = hood.actors;
   const auto velocity = [&](std::size_t k) { return Vec3(a.motion[k].end[0], a.motion[k].end[1], a.motion[k].end[2]); };
   const auto mean = [&](std::size_t k) { return Vec3(0.5 * a.motion[k].sum[0], 0.5 * a.motion[k].sum[1], 0.5 * a.motion[k].sum[2]); };
+  const double per_unit = hood.unit * hood.unit * hood.unit;
   AtAnchors r{Mat3::Zero(), 0};
   for_each_anchored_pair(hood, i, [&](std::size_t j, float weight, float push, float pull) {
     const Vec3 &x_i = a.place[i].x, &x_j = a.place[j].x;
     const Foot at = foot(hood, x_i, j);
-    const Vec3 d = x_i - x_j, lever = 2 * at.x - x_i - x_j;
-    const Vec3 apart = (2 * at.v - velocity(i) - velocity(j)) - l * lever;
-    const double trust = std::min(1.0, 2 * d.squaredNorm() / lever.squaredNorm());
-    r.gradient += double(weight) * trust * apart * d.transpose();
+    const Vec3 d = x_i - x_j, carried = at.gradient * (2 * at.x - x_i - x_j);
+    r.gradient += double(weight) * (2 * at.v - velocity(i) - velocity(j) - carried) * d.transpose();
     // the force on the particle: its stress twice, artificial stress once, viscosity, of which it books half where its kin would book the other
     const Vec3 plain = times(a.stress[i], double(weight) * d), viscous = -double(push) * d;
     const Vec3 other = pull != 0 ? Vec3(plain + times(a.artificial[i], double(pull) * d)) : plain;
-    r.power += (other + 0.5 * viscous).dot(mean(j) - mean(i)) - (plain + other + viscous).dot(at.v_mean - mean(i));
+    const std::size_t foreigner = owner(hood, j) - hood.n_particles;
+    const double others = hood.foreign_mass[foreigner] / (mass + hood.foreign_mass[foreigner]) * plain.dot(carried);
+    r.power += (other + 0.5 * viscous).dot(mean(j) - mean(i)) - (plain + other + viscous).dot(at.v_mean - mean(i)) + others;
+    owners.push_back({foreigner, -per_unit * others});
   });
   r.gradient = r.gradient * correction / double(a.place[i].volume);
-  r.power *= hood.unit * hood.unit * hood.unit;
+  r.power *= per_unit;
   return r;
 }
 
@@ -248,6 +259,7 @@ void pair_work(const ParticleSettings& settings, const std::vector<double>& rho_
   velocity_gradient.resize(p.size());
   const PairView pairs = view(hood);
   const auto kernel = kernels();
+  std::vector<std::vector<OwnersPower>> owners((hood.n_particles + row_block - 1) / row_block);
   core::for_each_block(hood.n_particles, row_block, [&](std::size_t first, std::size_t last) {
     std::array<RowWork, row_block> work;
     kernel.pair_work(pairs, first, last, work.data());
@@ -257,7 +269,7 @@ void pair_work(const ParticleSettings& settings, const std::vector<double>& rho_
       using Rows = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>;
       Mat3 l = Rows(w.rate[0]) * correction[i] + Rows(w.pushed[0]);
       if (hood.anchored[i]) {
-        const AtAnchors seam = at_anchors(hood, i, l, correction[i]);
+        const AtAnchors seam = at_anchors(hood, i, p.pt.m[i], correction[i], owners[first / row_block]);
         l += seam.gradient;
         p.pt.e[i] -= seam.power * dt_kick / p.pt.m[i];
       }
@@ -270,6 +282,8 @@ void pair_work(const ParticleSettings& settings, const std::vector<double>& rho_
   core::for_each_block(hood.n_foreign, row_block, [&](std::size_t first, std::size_t last) {
     kernel.foreign_work(pairs, anchors_of(hood, nullptr), hood.n_particles + first, hood.n_particles + last, hood.foreign_power.data() + first);
   });
+  for (const auto& block : owners)
+    for (const auto& o : block) hood.foreign_power[o.foreigner] += o.power;
 }
 
 std::uint64_t n_pairs(const Neighbourhood& hood) {

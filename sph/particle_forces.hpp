@@ -18,8 +18,8 @@
 // goes to j: what divides two bodies moves (Godunov, Mat. Sb. 47 (1959) 271). Where a
 // particle has too few neighbours for B_i, the plain gradient takes over smoothly. Between a particle and a foreigner of its own body,
 // sigma_j B_j is the particle's too (coupling/bond.hpp), and where the anchors a that take the force do not move as the pair's middle,
-// (x_i + x_j)/2, would by L, the particle is strained by that as well:
-//   L_i += sum_j t_ij V_j [2 v_a - v_i - v_j - L_i (2 x_a - x_i - x_j)] (x) grad_i W_ij B_i,  t_ij = min(1, 2 |x_i - x_j|^2 / |2 x_a - x_i - x_j|^2)
+// (x_i + x_j)/2, would by the velocity gradient L_a of the elements round them, the particle is strained by that as well:
+//   L_i += sum_j V_j [2 v_a - v_i - v_j - L_a (2 x_a - x_i - x_j)] (x) grad_i W_ij B_i
 #pragma once
 
 #include "sph/neighbourhood.hpp"

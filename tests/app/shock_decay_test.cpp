@@ -16,7 +16,7 @@ constexpr double diameter = 1000;  // [m]
 const char* const impact = R"(title = "sphere without strength"
 [run]
 end = "0.8 s"
-elements_across = 12
+elements_across = 16
 [[body]]
 name = "projectile"
 shape = "sphere"
@@ -83,7 +83,7 @@ TEST(ShockDecay, SphereIntoAluminium) {
     app::step(*s);
   }
   const auto samples = below(*s);
-  // as far off as the codes were from each other
+  // as far off as the codes were from each other; coarser meshes decide by themselves (12 across, mode fem: an exponent of 1.31)
   EXPECT_LT(std::abs(rig::report("isobaric core, Pa", mean_between(samples, 0.1 * diameter, 0.2 * diameter), 40.4e9)), 6.2 / 40.4);
   const Decay decay = fit(samples, 1.0 * diameter, 4 * diameter);
   EXPECT_LT(std::abs(rig::report("exponent of the decay", decay.exponent, 1.2)), 0.1 / 1.2);

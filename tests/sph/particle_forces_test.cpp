@@ -485,6 +485,8 @@ struct Seam {
     hood.anchor_x = hood.anchor_xi;
     hood.anchor_v.assign(hood.anchor_xi.size(), Vec3::Zero());
     hood.anchor_v_mean = hood.anchor_v;
+    hood.foreign_gradient.assign(hood.n_foreign, core::Mat3::Zero());
+    hood.foreign_mass.assign(hood.n_foreign, cloud.p.pt.m[0]);
     sph::build(hood, {}, 0);
     sph::correct_gradients(particles, cloud.settings, hood, cloud.correction);
     sph::add_pair_forces(cloud.settings, hood, particles);
