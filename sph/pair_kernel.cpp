@@ -284,7 +284,7 @@ struct ForeignGroup {
   }
 };
 
-/// What j's stress makes of the force on foreigner i, over unit^3. Among kin without artificial stress: `plain`.
+/// What j's stress makes of the force on foreigner i, over unit^3; among kin `plain` as well.
 [[gnu::always_inline]] inline Four force_of_other(const PairView& v, std::size_t i, const NearGroup& near, std::size_t l, Four& plain) {
   const std::uint32_t j = near.id[l];
   const Four d = load_four(v.place[i].x.data()) - load_four(v.place[j].x.data()), g = all(double(near.weight[l])) * d;
@@ -292,16 +292,7 @@ struct ForeignGroup {
   if (!kin(v.kind[i], v.kind[j])) return all(-double(v.p_contact[j])) * g;
   StressSum sum;
   sum.add(v.stress[j], g[0], g[1], g[2]);
-  plain = (sum.part[0] + sum.part[1]) + sum.part[2];
-  if (v.kind[j] & tension_bit) {
-    const float x = float(d[0]), y = float(d[1]), z = float(d[2]);
-    const float r2 = x * x + y * y + z * z, reach = v.place[i].h + v.place[j].h;
-    if (4.0f * r2 < crowded * crowded * (reach * reach)) {
-      const double w = double(near.weight[l] * artificial_weight(separation(r2, reach)));
-      sum.add(v.artificial[j], w * d[0], w * d[1], w * d[2]);
-    }
-  }
-  return (sum.part[0] + sum.part[1]) + sum.part[2];
+  return plain = (sum.part[0] + sum.part[1]) + sum.part[2];
 }
 
 /// Does any pair of a foreigner's group press or pull? Powder that lies at its seam does not.
@@ -530,10 +521,11 @@ struct ForceSums {
     }
   });
   const std::size_t count = near.count();
-  if (const unsigned foreign = has(kinds, foreign_bit).bits() & ((1u << count) - 1)) sums.take_twice(own, kinds, foreign, g);
+  const Yes of_elements = has(kinds, foreign_bit);
+  if (const unsigned foreign = of_elements.bits() & ((1u << count) - 1)) sums.take_twice(own, kinds, foreign, g);
   for (std::size_t l = 0; l < count; ++l) sums.stress.add(v.stress[near.id[l]], g[0][l], g[1][l], g[2][l]);
 
-  Yes pulled = same & (Singles(4.0f) * pair.r2 < Singles(crowded * crowded) * (pair.reach * pair.reach));
+  Yes pulled = same & !of_elements & (Singles(4.0f) * pair.r2 < Singles(crowded * crowded) * (pair.reach * pair.reach));
   if (near.pull)
     Singles(0.0f).store(near.pull);
   else

@@ -168,14 +168,13 @@ static Mat3 free_expansion(const core::Points& pt, std::size_t i, double rho_0, 
   return Mat3::Identity() * (pt.p[i] / (pt.rho[i] * c * c) * std::min(c / edge, 0.5 / dt) / 3);
 }
 
-/// f(j, weight, push, pull) for every pair of a particle whose force acts on j's anchors.
+/// f(j, weight, push) for every pair of a particle whose force acts on j's anchors.
 template <class F>
 static void for_each_anchored_pair(const Neighbourhood& hood, std::size_t i, F&& f) {
-  const bool pulls = (hood.actors.kind[i] & tension_bit) != 0;
   for (std::size_t n = 0; n < hood.n_near[i]; ++n) {
     const std::size_t slot = hood.near_start[i] + n / group, l = n % group, j = hood.near[slot].at[l];
     if (acts_on_anchors(hood.actors.kind[i], hood.actors.kind[j]))
-      f(j, hood.weight[slot].at[l], hood.push[slot].at[l], pulls ? hood.pull[hood.pull_start[i] + n / group].at[l] : 0.0f);
+      f(j, hood.weight[slot].at[l], hood.push[slot].at[l]);
   }
 }
 
@@ -235,17 +234,16 @@ static AtAnchors at_anchors(const Neighbourhood& hood, std::size_t i, double mas
   const auto mean = [&](std::size_t k) { return Vec3(0.5 * a.motion[k].sum[0], 0.5 * a.motion[k].sum[1], 0.5 * a.motion[k].sum[2]); };
   const double per_unit = hood.unit * hood.unit * hood.unit;
   AtAnchors r{Mat3::Zero(), 0};
-  for_each_anchored_pair(hood, i, [&](std::size_t j, float weight, float push, float pull) {
+  for_each_anchored_pair(hood, i, [&](std::size_t j, float weight, float push) {
     const Vec3 &x_i = a.place[i].x, &x_j = a.place[j].x;
     const Foot at = foot(hood, x_i, j);
     const Vec3 d = x_i - x_j, carried = at.gradient * (2 * at.x - x_i - x_j);
     r.gradient += double(weight) * (2 * at.v - velocity(i) - velocity(j) - carried) * d.transpose();
-    // the force on the particle: its stress twice, artificial stress once, viscosity, of which it books half where its kin would book the other
+    // the force on the particle: its stress twice and viscosity, of which it books half where its kin would book the other
     const Vec3 plain = times(a.stress[i], double(weight) * d), viscous = -double(push) * d;
-    const Vec3 other = pull != 0 ? Vec3(plain + times(a.artificial[i], double(pull) * d)) : plain;
     const std::size_t foreigner = owner(hood, j) - hood.n_particles;
     const double others = hood.foreign_mass[foreigner] / (mass + hood.foreign_mass[foreigner]) * plain.dot(carried);
-    r.power += (other + 0.5 * viscous).dot(mean(j) - mean(i)) - (plain + other + viscous).dot(at.v_mean - mean(i)) + others;
+    r.power += (plain + 0.5 * viscous).dot(mean(j) - mean(i)) - (2 * plain + viscous).dot(at.v_mean - mean(i)) + others;
     owners.push_back({foreigner, -per_unit * others});
   });
   r.gradient = r.gradient * correction / double(a.place[i].volume);

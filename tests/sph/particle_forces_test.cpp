@@ -519,6 +519,31 @@ TEST(PairSums, ParticlesPullAndPushTheForeignersOfTheirBodyWithTheirOwnStress) {
   }
 }
 
+/// Artificial stress keeps particles from crowding; elements' parts are kept apart by their mesh. It acts at no seam, where it drew on the particles' energy
+/// without a change of volume.
+TEST(PairSums, ArtificialStressActsAtNoSeam) {
+  const auto pull = [](double artificial_stress, bool of_elements) {
+    Seam seam(-1e6);
+    for (auto& h : seam.cloud.p.h) h *= 1.4;  // the lattice is crowded for that
+    for (auto& p : seam.particles.pt.p) p = -1e6;
+    seam.cloud.p.pt.p.assign(seam.cloud.p.size(), -1e6);
+    seam.cloud.settings.artificial_stress = artificial_stress;
+    if (of_elements) return seam.pull();
+    auto& hood = seam.cloud.hood;  // the same lattice, all of particles
+    hood.n_particles = seam.cloud.p.size(), hood.n_foreign = 0;
+    hood.actors.resize(seam.cloud.p.size());
+    sph::fill_actors(seam.cloud.p, {rho_0}, hood);
+    sph::build(hood, {}, 0);
+    sph::correct_gradients(seam.cloud.p, seam.cloud.settings, hood, seam.cloud.correction);
+    sph::add_pair_forces(seam.cloud.settings, hood, seam.cloud.p);
+    double f = 0;
+    for (std::size_t i = 0; i < seam.particles.size(); ++i) f += seam.cloud.p.f[i][0];
+    return f;
+  };
+  EXPECT_NEAR(pull(0.3, true), pull(0, true), 1e-12 * pull(0, true));
+  EXPECT_LT(pull(0.3, false), 0.9 * pull(0, false));  // where it acts
+}
+
 /// What the pairs' work leaves where anchors move otherwise than the foreigners is paid by those that press, each as hard as it does: its pressure
 /// falls with its energy, and it stops. Powder that bears nothing had paid for its neighbours, without end.
 TEST(PairSums, WhoBearsNothingPaysNothingAtASeam) {
