@@ -30,7 +30,7 @@ namespace sph {
 struct ParticleSettings {
   double viscosity_linear = 1.0;     ///< alpha [-]
   double viscosity_quadratic = 2.0;  ///< beta [-]
-  double artificial_stress = 0.3;    ///< epsilon of Gray et al. [-]
+  double artificial_stress = 0.3;    ///< epsilon of Gray et al., between particles [-]
   double hourglass = 1.5;            ///< xi: viscosity of motion that the velocity gradients do not see [-]
 };
 

@@ -158,7 +158,8 @@ void correct_rows(const core::Points& pt, double epsilon, std::size_t first, std
       acoustic[i + l] = static_cast<float>(share[lane]);
       Kind& kind = actors.kind[i + l];
       kind = (kind & ~(firm_bit | tension_bit)) | (firm[lane] ? firm_bit : 0);
-      if (!may_pull || !(bound[lane] > 0) || !(push[0][lane] + push[1][lane] + push[2][lane] < 0)) continue;
+      if (!may_pull || pt.e[i + l] < 0) continue;  // its work is no change of volume: who has nothing to pay it with does without
+      if (!(bound[lane] > 0) || !(push[0][lane] + push[1][lane] + push[2][lane] < 0)) continue;
       for (int r = 0; r < 3; ++r)
         for (int c = 0; c < 3; ++c) actors.artificial[i + l].column[c][r] = static_cast<float>(artificial[r + 3 * c][lane]);
       kind |= tension_bit;

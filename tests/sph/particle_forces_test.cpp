@@ -519,14 +519,15 @@ TEST(PairSums, ParticlesPullAndPushTheForeignersOfTheirBodyWithTheirOwnStress) {
   }
 }
 
-/// Artificial stress keeps particles from crowding; elements' parts are kept apart by their mesh. It acts at no seam, where it drew on the particles' energy
-/// without a change of volume.
-TEST(PairSums, ArtificialStressActsAtNoSeam) {
-  const auto pull = [](double artificial_stress, bool of_elements) {
+/// Artificial stress keeps particles from crowding; elements' parts are kept apart by their mesh. Its work is no change of volume: it drew on particles at
+/// their seam, and on those that had no energy left.
+TEST(PairSums, ArtificialStressActsAtNoSeamAndCoolsNothingBelowRest) {
+  const auto pull = [](double artificial_stress, bool of_elements, double e = 0) {
     Seam seam(-1e6);
     for (auto& h : seam.cloud.p.h) h *= 1.4;  // the lattice is crowded for that
     for (auto& p : seam.particles.pt.p) p = -1e6;
     seam.cloud.p.pt.p.assign(seam.cloud.p.size(), -1e6);
+    seam.cloud.p.pt.e.assign(seam.cloud.p.size(), e);
     seam.cloud.settings.artificial_stress = artificial_stress;
     if (of_elements) return seam.pull();
     auto& hood = seam.cloud.hood;  // the same lattice, all of particles
@@ -542,6 +543,7 @@ TEST(PairSums, ArtificialStressActsAtNoSeam) {
   };
   EXPECT_NEAR(pull(0.3, true), pull(0, true), 1e-12 * pull(0, true));
   EXPECT_LT(pull(0.3, false), 0.9 * pull(0, false));  // where it acts
+  EXPECT_EQ(pull(0.3, false, -1), pull(0, false));
 }
 
 /// What the pairs' work leaves where anchors move otherwise than the foreigners is paid by those that press, each as hard as it does: its pressure
