@@ -107,18 +107,37 @@ Handle make_access() {
   return {properties, H5Pclose};
 }
 
-hid_t open_file(const std::string& path, Access access, hid_t properties) {
-  if (access == Access::create) return H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, properties);
+bool creates(Access access) { return access == Access::create || access == Access::create_to_grow; }
+
+Handle make_creation(Access access) {
+  constexpr unsigned most = 65535, expected = 1000, name_length = 12;
+  const hid_t properties = H5Pcreate(H5P_FILE_CREATE);
+  if (access == Access::create_to_grow) {
+    H5Pset_link_creation_order(properties, H5P_CRT_ORDER_TRACKED);  // headers of this kind alone hold links
+    H5Pset_link_phase_change(properties, most, most);
+    H5Pset_est_link_info(properties, expected, name_length);
+  }
+  return {properties, H5Pclose};
+}
+
+hid_t open_file(const std::string& path, Access access, hid_t creation, hid_t properties) {
+  if (creates(access)) return H5Fcreate(path.c_str(), H5F_ACC_TRUNC, creation, properties);
   return H5Fopen(path.c_str(), access == Access::read ? H5F_ACC_RDONLY : H5F_ACC_RDWR, properties);
 }
 
 const char* action_of(Access access) {
-  return access == Access::create ? "cannot be created" : access == Access::read ? "cannot be read" : "cannot be opened";
+  return creates(access) ? "cannot be created" : access == Access::read ? "cannot be read" : "cannot be opened";
 }
 
 Handle make_links() {
   const hid_t properties = H5Pcreate(H5P_LINK_CREATE);
   H5Pset_create_intermediate_group(properties, 1);
+  return {properties, H5Pclose};
+}
+
+Handle make_group_creation() {
+  const hid_t properties = H5Pcreate(H5P_GROUP_CREATE);
+  H5Pset_attr_creation_order(properties, H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED);
   return {properties, H5Pclose};
 }
 
@@ -141,10 +160,10 @@ constexpr std::size_t metadata_room = 64 * 1024;  // groups and attributes betwe
 File::File(const std::string& path, Access access) : path_(path), writable_(access != Access::read) {
   silence();
   std::error_code ignored;
-  if (access != Access::create && !std::filesystem::exists(path, ignored)) stop(path, action_of(access), ENOENT, "");
+  if (!creates(access) && !std::filesystem::exists(path, ignored)) stop(path, action_of(access), ENOENT, "");
   if (std::filesystem::is_directory(path, ignored)) stop(path, action_of(access), EISDIR, "");
-  const Handle properties = make_access();  // released after the cause of a failure was asked for: releasing clears it
-  id_ = open_file(path, access, properties);
+  const Handle creation = make_creation(access), properties = make_access();  // to be released after the cause of a failure
+  id_ = open_file(path, access, creation, properties);                        // was asked for: releasing clears it
   if (id_ < 0) stop(path, action_of(access));
   if (writable_) descriptor_ = ::open(path.c_str(), O_RDWR | O_CLOEXEC);
 }
@@ -162,6 +181,7 @@ File::File(File&& other) noexcept { *this = std::move(other); }
 File& File::operator=(File&& other) noexcept {
   std::swap(path_, other.path_);
   std::swap(id_, other.id_);
+  std::swap(unlinked_, other.unlinked_);
   std::swap(descriptor_, other.descriptor_);
   std::swap(writable_, other.writable_);
   return *this;
@@ -169,6 +189,8 @@ File& File::operator=(File&& other) noexcept {
 
 void File::close() {
   if (id_ < 0) return;
+  if (unlinked_ >= 0) H5Gclose(unlinked_);  // with all that it holds
+  unlinked_ = -1;
   haddr_t end = 0;
   const bool flushed = !writable_ || (H5Fflush(id_, H5F_SCOPE_LOCAL) >= 0 && H5Fget_eoa(id_, &end) >= 0);
   const Cause cause = flushed ? Cause{} : cause_of_failure();
@@ -215,7 +237,7 @@ std::int64_t File::make_array(const std::string& name, std::int64_t type, std::s
   const Handle space(H5Screate_simple(rank, dims, nullptr), H5Sclose);
   const Handle links = make_links();
   const Handle layout(make_layout(deflate, dims, rank), H5Pclose);
-  const auto make = [&] { return H5Dcreate2(id_, name.c_str(), type, space, links, layout, H5P_DEFAULT); };
+  const auto make = [&] { return H5Dcreate2(here(), name.c_str(), type, space, links, layout, H5P_DEFAULT); };
   hid_t made = make();
   if (made < 0) {  // it is there already, mostly; asking first would cost every array a look-up
     if (has(name)) remove(name);
@@ -248,7 +270,7 @@ void File::write_pieces(const std::string& name, std::size_t rows, std::size_t c
 }
 
 Extent File::extent(const std::string& name) const {
-  const Handle set(H5Dopen2(id_, name.c_str(), H5P_DEFAULT), H5Dclose);
+  const Handle set(H5Dopen2(here(), name.c_str(), H5P_DEFAULT), H5Dclose);
   if (!set.valid()) stop(path_, fmt::format("'{}' cannot be read", name));
   const Handle space(H5Dget_space(set), H5Sclose);
   hsize_t dims[2] = {1, 1};
@@ -263,7 +285,7 @@ void File::read(const std::string& name, T* data, std::size_t size) const {
   const std::string action = fmt::format("'{}' cannot be read", name);
   const std::size_t stored = extent(name).size();
   if (stored != size) stop(path_, action, 0, fmt::format("it holds {} values, {} are expected", stored, size));
-  const Handle set(H5Dopen2(id_, name.c_str(), H5P_DEFAULT), H5Dclose);
+  const Handle set(H5Dopen2(here(), name.c_str(), H5P_DEFAULT), H5Dclose);
   const Handle type(H5Dget_type(set), H5Tclose);
   if (H5Tequal(type, native<T>()) <= 0) stop(path_, action, 0, "it holds numbers of another type");
   if (size > 0 && H5Dread(set, native<T>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, data) < 0) stop(path_, action);
@@ -272,8 +294,8 @@ void File::read(const std::string& name, T* data, std::size_t size) const {
 template <class T>
 void File::write_attribute(const std::string& object, const std::string& name, T value) {
   const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
-  if (has_attribute(object, name)) H5Adelete_by_name(id_, object.c_str(), name.c_str(), H5P_DEFAULT);
-  const Handle a(H5Acreate_by_name(id_, object.c_str(), name.c_str(), native<T>(), space, H5P_DEFAULT, H5P_DEFAULT,
+  if (has_attribute(object, name)) H5Adelete_by_name(here(), object.c_str(), name.c_str(), H5P_DEFAULT);
+  const Handle a(H5Acreate_by_name(here(), object.c_str(), name.c_str(), native<T>(), space, H5P_DEFAULT, H5P_DEFAULT,
                                    H5P_DEFAULT), H5Aclose);
   if (!a.valid() || H5Awrite(a, native<T>(), &value) < 0)
     stop(path_, fmt::format("attribute '{}' of '{}' cannot be written", name, object), sizeof(T));
@@ -282,7 +304,7 @@ void File::write_attribute(const std::string& object, const std::string& name, T
 template <class T>
 T File::read_attribute(const std::string& object, const std::string& name) const {
   T value{};
-  const Handle a(H5Aopen_by_name(id_, object.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+  const Handle a(H5Aopen_by_name(here(), object.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
   if (!a.valid() || H5Aread(a, native<T>(), &value) < 0)
     stop(path_, fmt::format("attribute '{}' of '{}' cannot be read", name, object));
   return value;
@@ -301,15 +323,15 @@ void File::set_attribute(const std::string& object, const std::string& name, con
   H5Tset_size(type, std::max<std::size_t>(value.size(), 1));
   H5Tset_strpad(type, H5T_STR_NULLPAD);
   H5Tset_cset(type, H5T_CSET_UTF8);
-  if (has_attribute(object, name)) H5Adelete_by_name(id_, object.c_str(), name.c_str(), H5P_DEFAULT);
-  const Handle a(H5Acreate_by_name(id_, object.c_str(), name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT),
+  if (has_attribute(object, name)) H5Adelete_by_name(here(), object.c_str(), name.c_str(), H5P_DEFAULT);
+  const Handle a(H5Acreate_by_name(here(), object.c_str(), name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT),
                  H5Aclose);
   if (!a.valid() || H5Awrite(a, type, value.c_str()) < 0)
     stop(path_, fmt::format("attribute '{}' of '{}' cannot be written", name, object), value.size());
 }
 
 bool File::has_attribute(const std::string& object, const std::string& name) const {
-  const bool found = H5Aexists_by_name(id_, object.c_str(), name.c_str(), H5P_DEFAULT) > 0;
+  const bool found = H5Aexists_by_name(here(), object.c_str(), name.c_str(), H5P_DEFAULT) > 0;
   H5Eclear2(H5E_DEFAULT);
   return found;
 }
@@ -322,7 +344,7 @@ std::int64_t File::integer_attribute(const std::string& object, const std::strin
 }
 
 std::string File::text_attribute(const std::string& object, const std::string& name) const {
-  const Handle a(H5Aopen_by_name(id_, object.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+  const Handle a(H5Aopen_by_name(here(), object.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
   const std::string action = fmt::format("attribute '{}' of '{}' cannot be read", name, object);
   if (!a.valid()) stop(path_, action);
   const Handle type(H5Aget_type(a), H5Tclose);
@@ -341,11 +363,11 @@ std::vector<std::pair<std::string, double>> File::real_attributes(const std::str
     return 0;
   };
   hsize_t from = 0;
-  if (H5Aiterate_by_name(id_, object.c_str(), H5_INDEX_CRT_ORDER, H5_ITER_INC, &from, take, &names, H5P_DEFAULT) < 0)
+  if (H5Aiterate_by_name(here(), object.c_str(), H5_INDEX_CRT_ORDER, H5_ITER_INC, &from, take, &names, H5P_DEFAULT) < 0)
     stop(path_, fmt::format("attributes of '{}' cannot be read", object));
   std::vector<std::pair<std::string, double>> result;
   for (const std::string& name : names) {
-    const Handle a(H5Aopen_by_name(id_, object.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+    const Handle a(H5Aopen_by_name(here(), object.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
     const Handle type(H5Aget_type(a), H5Tclose);
     if (H5Tget_class(type) == H5T_FLOAT) result.emplace_back(name, real_attribute(object, name));
   }
@@ -354,17 +376,31 @@ std::vector<std::pair<std::string, double>> File::real_attributes(const std::str
 
 void File::make_group(const std::string& name) {
   const Handle links = make_links();
-  const Handle creation(H5Pcreate(H5P_GROUP_CREATE), H5Pclose);
-  H5Pset_attr_creation_order(creation, H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED);
-  const Handle group(H5Gcreate2(id_, name.c_str(), links, creation, H5P_DEFAULT), H5Gclose);
+  const Handle creation = make_group_creation();
+  const Handle group(H5Gcreate2(here(), name.c_str(), links, creation, H5P_DEFAULT), H5Gclose);
   if (!group.valid()) stop(path_, fmt::format("group '{}' cannot be made", name));
+}
+
+void File::begin_unlinked() {
+  const Handle creation = make_group_creation();
+  unlinked_ = H5Gcreate_anon(id_, creation, H5P_DEFAULT);
+  if (unlinked_ < 0) stop(path_, "a group cannot be made");
+}
+
+void File::link_as(const std::string& name, const std::vector<std::string>& instead_of) {
+  const std::int64_t group = std::exchange(unlinked_, -1);
+  const Handle made(group, H5Gclose);
+  const std::string action = fmt::format("group '{}' cannot be made", name);
+  if (H5Fflush(id_, H5F_SCOPE_LOCAL) < 0) stop(path_, action);
+  for (const std::string& old : instead_of) remove(old);
+  if (H5Olink(group, id_, name.c_str(), H5P_DEFAULT, H5P_DEFAULT) < 0) stop(path_, action);
 }
 
 bool File::has(const std::string& name) const {
   // every group on the way has to be there before the library may be asked for the next
   for (std::size_t end = name.find('/', 1); end != std::string::npos; end = name.find('/', end + 1))
-    if (H5Lexists(id_, name.substr(0, end).c_str(), H5P_DEFAULT) <= 0) return false;
-  return H5Lexists(id_, name.c_str(), H5P_DEFAULT) > 0;
+    if (H5Lexists(here(), name.substr(0, end).c_str(), H5P_DEFAULT) <= 0) return false;
+  return H5Lexists(here(), name.c_str(), H5P_DEFAULT) > 0;
 }
 
 std::vector<std::string> File::children(const std::string& group) const {
@@ -374,14 +410,14 @@ std::vector<std::string> File::children(const std::string& group) const {
     return 0;
   };
   hsize_t from = 0;
-  if (H5Literate_by_name(id_, group.c_str(), H5_INDEX_NAME, H5_ITER_INC, &from, take, &names, H5P_DEFAULT) < 0)
+  if (H5Literate_by_name(here(), group.c_str(), H5_INDEX_NAME, H5_ITER_INC, &from, take, &names, H5P_DEFAULT) < 0)
     stop(path_, fmt::format("group '{}' cannot be read", group));
   std::sort(names.begin(), names.end());
   return names;
 }
 
 void File::remove(const std::string& name) {
-  if (H5Ldelete(id_, name.c_str(), H5P_DEFAULT) < 0) stop(path_, fmt::format("'{}' cannot be removed", name));
+  if (H5Ldelete(here(), name.c_str(), H5P_DEFAULT) < 0) stop(path_, fmt::format("'{}' cannot be removed", name));
 }
 
 template void File::write(const std::string&, const double*, std::size_t, std::size_t, int);

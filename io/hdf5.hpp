@@ -13,7 +13,9 @@
 
 namespace io::hdf5 {
 
-enum class Access { read, modify, create };
+/// create_to_grow: what is linked to the root lies in its header, which has room for a thousand links (40 kB), so that any
+/// change of them is one write to the disk.
+enum class Access { read, modify, create, create_to_grow };
 
 /// Rows and columns of an array; columns is 1 for one dimension.
 struct Extent {
@@ -72,6 +74,13 @@ class File {
   std::vector<std::pair<std::string, double>> real_attributes(const std::string& object) const;
 
   void make_group(const std::string& name);
+
+  /// From here on names count from a new group ("." itself) that nobody can find; link_as() gives it its place under the
+  /// root, `instead_of` those groups. A program that is killed at any of its writes leaves a file (create_to_grow) in
+  /// which that is done or not done; a file that is closed before, one that never had the group.
+  void begin_unlinked();
+  void link_as(const std::string& name, const std::vector<std::string>& instead_of);
+
   bool has(const std::string& name) const;
   std::vector<std::string> children(const std::string& group) const;  ///< sorted by name
   void remove(const std::string& name);
@@ -79,6 +88,7 @@ class File {
   const std::string& path() const { return path_; }
 
  private:
+  std::int64_t here() const { return unlinked_ >= 0 ? unlinked_ : id_; }
   int trim(std::uint64_t end) const;
   std::int64_t make_array(const std::string& name, std::int64_t type, std::size_t rows, std::size_t columns, int deflate, std::size_t bytes);
   template <class T>
@@ -88,6 +98,7 @@ class File {
 
   std::string path_;
   std::int64_t id_ = -1;
+  std::int64_t unlinked_ = -1;  ///< the group that is being written and has no name yet
   int descriptor_ = -1;  ///< of our own, for claiming room
   bool writable_ = false;
 };

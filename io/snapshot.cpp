@@ -7,6 +7,7 @@
 #include <cmath>
 #include <filesystem>
 #include <numeric>
+#include <utility>
 
 #include "core/error.hpp"
 #include "core/units.hpp"
@@ -56,16 +57,15 @@ std::vector<core::Vec3> read_vectors(const File& file, const std::string& name) 
   return v;
 }
 
-/// Parts on their way to a group of run.h5, each checked before it is written.
+/// Parts on their way to run.h5, each checked before it is written.
 class FileSink : public SnapshotSink {
  public:
-  FileSink(File& file, const std::string& group, const SnapshotSize& size) : file_(file), group_(group), size_(size) {
-    file.make_group(group);
-    file.make_group(group + "/element");
-    file.make_group(group + "/particle");
+  FileSink(File& file, const SnapshotSize& size) : file_(file), size_(size) {
+    file.make_group("element");
+    file.make_group("particle");
     std::vector<std::int32_t> cell(size.n_particles);  // ParaView makes no cells for points without a list of them
     std::iota(cell.begin(), cell.end(), 0);
-    file.write(group + "/particle_node", cell);
+    file.write("particle_node", cell);
   }
   void nodes(std::span<const core::Vec3> x, std::span<const core::Vec3> v) override {
     vectors("node_x", x, size_.n_nodes);
@@ -75,7 +75,7 @@ class FileSink : public SnapshotSink {
     check_size(size_, "element_node", n, size_.n_elements, false);
     std::size_t first = 0;
     std::vector<std::array<std::int32_t, 8>> rows;
-    file_.write_pieces<std::int32_t>(group_ + "/element_node", n, 8, [&](std::int32_t* piece, std::size_t count) {
+    file_.write_pieces<std::int32_t>("element_node", n, 8, [&](std::int32_t* piece, std::size_t count) {
       rows.resize(count);
       next(rows);
       check_corners(size_, first, rows);
@@ -94,7 +94,7 @@ class FileSink : public SnapshotSink {
       check_size(size_, what, n, expected, true);
       if (n == 0) return;
       std::size_t first = 0;
-      file_.write_pieces<double>(fmt::format("{}/{}/{}", group_, of, name), n, 0, [&](double* piece, std::size_t count) {
+      file_.write_pieces<double>(fmt::format("{}/{}", of, name), n, 0, [&](double* piece, std::size_t count) {
         next({piece, count});
         check_finite(size_, what, first, piece, count, 1);
         first += count;
@@ -104,12 +104,11 @@ class FileSink : public SnapshotSink {
     block("particle", n_particles, particle, size_.n_particles);
     ++n_fields_;
   }
-  void scalar(const std::string& name, double value) override { file_.set_attribute(group_, scalar_prefix + name, value); }
-  /// The attribute `time` comes last: a group without it was not finished.
+  void scalar(const std::string& name, double value) override { file_.set_attribute(".", scalar_prefix + name, value); }
   void finish() {
     check_size(size_, "fields", n_fields_, size_.n_fields, false);  // room was claimed for so many
-    file_.set_attribute(group_, "step", size_.step);
-    file_.set_attribute(group_, "time", size_.time);
+    file_.set_attribute(".", "step", size_.step);
+    file_.set_attribute(".", "time", size_.time);
   }
 
  private:
@@ -117,11 +116,10 @@ class FileSink : public SnapshotSink {
     const double* values = rows.empty() ? nullptr : rows.front().data();
     check_size(size_, name, rows.size(), expected, false);
     check_finite(size_, name, 0, values, rows.size(), 3);
-    file_.write(group_ + "/" + name, values, rows.size(), 3);
+    file_.write(name, values, rows.size(), 3);
   }
 
   File& file_;
-  std::string group_;
   SnapshotSize size_;
   std::size_t n_fields_ = 0;
 };
@@ -193,12 +191,12 @@ void check_version(const File& file) {
                                        format_version));
 }
 
-/// Snapshots of a file in order of time, unfinished ones left out.
+/// Snapshots of a file in order of time.
 std::vector<SnapshotEntry> entries_of(const File& file) {
   check_version(file);
   std::vector<SnapshotEntry> entries;
   for (const std::string& name : file.children("/"))
-    if (name.starts_with("step_") && file.has_attribute(name, "time")) entries.push_back(entry_of(file, name));
+    if (name.starts_with("step_")) entries.push_back(entry_of(file, name));
   std::sort(entries.begin(), entries.end(), [](const auto& a, const auto& b) { return a.step < b.step; });
   return entries;
 }
@@ -277,7 +275,7 @@ SnapshotWriter::SnapshotWriter(const std::string& dir) : dir_(dir) {
   std::error_code error;
   std::filesystem::create_directories(dir, error);
   if (error) throw core::GuardError(fmt::format("{}: the folder cannot be made: {}", dir, error.message()));
-  File file(h5_path(), Access::create);
+  File file(h5_path(), Access::create_to_grow);
   file.set_attribute("/", version_attribute, format_version);
   file.close();
   write_xdmf();
@@ -287,14 +285,12 @@ SnapshotWriter SnapshotWriter::reopen(const std::string& dir, double time) {
   SnapshotWriter writer(dir, Existing{});
   const std::string path = writer.h5_path();
   try {
-    File file(path, Access::modify);
-    for (const SnapshotEntry& e : entries_of(file)) {
+    for (const SnapshotEntry& e : entries_of(File(path, Access::read))) {
       if (e.time <= time)
         writer.stored_.push_back({e.step, snapshot_block(e)});
       else
-        file.remove(e.group);
+        writer.to_drop_.push_back(e.group);
     }
-    file.close();
   } catch (const core::GuardError& e) {
     std::error_code error;
     const bool was_there = std::filesystem::exists(path, error);
@@ -338,23 +334,19 @@ void SnapshotWriter::append(const SnapshotSize& size, const SnapshotParts& parts
   if (!stored_.empty() && size.step < stored_.back().step)
     throw core::GuardError(fmt::format("{}: snapshot of step {} comes after that of step {}", h5_path(), size.step,
                                        stored_.back().step));
+  constexpr std::size_t headers = 256 << 10;
   File file(h5_path(), Access::modify);
-  if (file.has(group)) file.remove(group);
-  if (again) stored_.pop_back();
-  try {
-    constexpr std::size_t headers = 256 << 10;
-    file.claim(static_cast<std::size_t>(size.bytes()) + 4 * size.n_particles + headers, fmt::format("the snapshot of step {}", size.step));
-    FileSink to(file, group, size);
-    parts(to);
-    to.finish();
-    stored_.push_back({size.step, snapshot_block(entry_of(file, group))});
-  } catch (const core::GuardError&) {
-    if (file.has(group)) file.remove(group);
-    file.close();
-    if (again) write_xdmf();
-    throw;
-  }
+  file.claim(static_cast<std::size_t>(size.bytes()) + 4 * size.n_particles + headers, fmt::format("the snapshot of step {}", size.step));
+  file.begin_unlinked();
+  FileSink to(file, size);
+  parts(to);
+  to.finish();
+  if (again) to_drop_.push_back(group);
+  file.link_as(group, std::exchange(to_drop_, {}));
+  const SnapshotEntry entry = entry_of(file, group);
   file.close();
+  if (again) stored_.pop_back();
+  stored_.push_back({size.step, snapshot_block(entry)});
   write_xdmf();
 }
 

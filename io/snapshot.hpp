@@ -65,12 +65,12 @@ class SnapshotWriter {
  public:
   /// Makes DIR where needed and an empty run.h5 and run.xdmf in it, replacing what was there.
   explicit SnapshotWriter(const std::string& dir);
-  /// Goes on with the run.h5 in DIR: snapshots later than `time` are dropped. A file that can no longer be read (killed
-  /// while writing) is moved to run.h5.damaged and a new one begun; note() says so.
+  /// Goes on with the run.h5 in DIR: snapshots later than `time` are dropped, in run.h5 with the next that is added. A file
+  /// that can no longer be read is moved to run.h5.damaged and a new one begun; note() says so.
   static SnapshotWriter reopen(const std::string& dir, double time);
 
-  /// Adds a snapshot; one of the same step is replaced. Throws GuardError for a full disk (run.h5 keeps what it had) and
-  /// for a number that is not finite.
+  /// Adds a snapshot; one of the same step is replaced. Throws GuardError for a full disk and for a number that is not
+  /// finite; then, and when the program is killed at any time, run.h5 keeps what it had.
   void append(const Snapshot& s);
   void append(const SnapshotSize& size, const SnapshotParts& parts);
 
@@ -89,6 +89,7 @@ class SnapshotWriter {
   };
   std::string dir_;
   std::vector<Stored> stored_;
+  std::vector<std::string> to_drop_;  ///< groups of run.h5 that are not stored_
   std::string note_;
 };
 
