@@ -284,15 +284,14 @@ struct ForeignGroup {
   }
 };
 
-/// What j's stress makes of the force on foreigner i, over unit^3; among kin `plain` as well.
-[[gnu::always_inline]] inline Four force_of_other(const PairView& v, std::size_t i, const NearGroup& near, std::size_t l, Four& plain) {
+/// What j's stress makes of the force on foreigner i, over unit^3.
+[[gnu::always_inline]] inline Four force_of_other(const PairView& v, std::size_t i, const NearGroup& near, std::size_t l) {
   const std::uint32_t j = near.id[l];
   const Four d = load_four(v.place[i].x.data()) - load_four(v.place[j].x.data()), g = all(double(near.weight[l])) * d;
-  plain = Four{};
   if (!kin(v.kind[i], v.kind[j])) return all(-double(v.p_contact[j])) * g;
   StressSum sum;
   sum.add(v.stress[j], g[0], g[1], g[2]);
-  return plain = (sum.part[0] + sum.part[1]) + sum.part[2];
+  return (sum.part[0] + sum.part[1]) + sum.part[2];
 }
 
 /// Does any pair of a foreigner's group press or pull? Powder that lies at its seam does not.
@@ -307,19 +306,14 @@ template <int half>
 [[gnu::always_inline]] inline void pair_force(const PairView& v, std::size_t i, const NearGroup& near, const ForeignGroup& at, Doubles f[3]) {
   const Doubles scale(v.unit * v.unit * v.unit), p(double(v.p_contact[i]));
   const Doubles* const d = at.pair.d.exact[half];
-  const Doubles contact = widen<half>(at.contact), push = widen<half>(Singles::load(near.push));
-  alignas(64) Four rows[8], plain_rows[8];
-  for (std::size_t l = 0; l < 8; ++l)
-    if (8 * half + l < near.left)
-      rows[l] = force_of_other(v, i, near, 8 * half + l, plain_rows[l]);
-    else
-      rows[l] = plain_rows[l] = Four{};
+  const Doubles anchored = widen<half>(at.anchored), contact = widen<half>(at.contact), push = widen<half>(Singles::load(near.push));
+  alignas(64) Four rows[8];
+  for (std::size_t l = 0; l < 8; ++l) rows[l] = 8 * half + l < near.left ? force_of_other(v, i, near, 8 * half + l) : Four{};
   constexpr std::uint32_t in_order[8] = {0, 1, 2, 3, 4, 5, 6, 7};
-  Doubles other[4], plain[4];
+  Doubles other[4];
   load_columns(rows, in_order, other);
-  load_columns(plain_rows, in_order, plain);
   for (int e = 0; e < 3; ++e) {
-    const Doubles own = scale * (plain[e] - p * (contact * d[e]));  // stands for the own stress: theirs once more among kin, the own pressure among strangers
+    const Doubles own = scale * (anchored * other[e] - p * (contact * d[e]));  // stands for the own stress: theirs once more among kin, the own pressure among strangers
     f[e] = (own + scale * other[e]) - scale * (push * d[e]);
   }
 }
