@@ -234,9 +234,13 @@ static std::span<const std::uint32_t> seam_of(const Bond& bond, std::size_t k) {
 
 /// Mean derivative of a nodal field in the element's parent cube.
 static core::Mat3 by_corners(const fem::Mesh& mesh, std::size_t el, const std::vector<Vec3>& a) {
-  core::Mat3 per_xi = core::Mat3::Zero();
-  for (int i = 0; i < 8; ++i) per_xi += 0.125 * a[static_cast<std::size_t>(mesh.elements.node[el][static_cast<std::size_t>(i)])] * fem::corner(i).transpose();
-  return per_xi;
+  double sum[3][3] = {};  // [direction in the cube][component]; in plain numbers, which stay in registers
+  for (int i = 0; i < 8; ++i) {
+    const Vec3 &at = a[static_cast<std::size_t>(mesh.elements.node[el][static_cast<std::size_t>(i)])], sign = fem::corner(i);
+    for (int r = 0; r < 3; ++r)
+      for (int c = 0; c < 3; ++c) sum[r][c] += sign[r] * at[c];
+  }
+  return 0.125 * Eigen::Map<const core::Mat3>(sum[0]);
 }
 
 /// The element's parent cube by its mean gradient, which hourglass motion leaves alone; a cube of its volume where that has collapsed.

@@ -232,6 +232,7 @@ inline Doubles max(Doubles a, Doubles b) {
   return b;
 #endif
 }
+inline Doubles positive_part(Doubles a) { return max(a, Doubles(0.0)); }
 
 inline float sqrt(float a) { return __builtin_sqrtf(a); }
 inline Singles sqrt(Singles a) {

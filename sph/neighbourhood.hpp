@@ -124,13 +124,14 @@ struct Frame {
   core::Mat3 per_x = core::Mat3::Identity();     ///< d xi / d x [1/m]
 };
 
+inline double positive_part(double a) { return 0.5 * (a + std::abs(a)); }  ///< exact, and without a branch
+
 /// Weight of an anchor in a pair, by its squared distance from the pair's middle in that frame: nothing beyond one spacing of
 /// anchors, but never nothing of all. A lattice under uniform stress is then held still within 2e-3 of the stress at any seam.
 template <class T>
 T anchor_weight(T squared_distance) {
-  using std::max;
   constexpr double radius = 1.8, floor = 1e-9;  // nodes are 2 apart
-  const T u = max(T(1.0) - squared_distance * T(1 / (radius * radius)), T(0.0));
+  const T u = positive_part(T(1.0) - squared_distance * T(1 / (radius * radius)));
   return u * u + T(floor);
 }
 
