@@ -232,16 +232,26 @@ static std::vector<double> graded(const io::Case& spec, const io::BodySpec& b, d
   return fem::graded_line(low, high, g);
 }
 
+/// Layers of elements that a plate has at least: what of it flies on as a cloud, and how wide, is known from five on. None is made flatter than
+/// two thirds of its edge, or what strikes it would strike matter of too little mass (setup.cpp, warn_of_mismatch()).
+static int least_layers(const io::Case& spec, const io::BodySpec& b, double fine) {
+  constexpr int few = 2;  // one layer of particles has no way to become thinner, and bears pressure in its plane like a block
+  constexpr double enough = 5, flattest = 2.0 / 3, round_off = 1e-9;
+  const bool projectile = &b == &spec.bodies[static_cast<std::size_t>(projectile_of(spec))];
+  if (projectile || b.element_size || spec.mode == io::Mode::sph) return few;  // particles of flat elements would have gaps between them
+  return std::max(few, static_cast<int>(std::min(enough, b.size[2] / (flattest * fine) + round_off)));
+}
+
 static std::vector<double> through(const io::Case& spec, const io::BodySpec& b, double fine, double half, double d, double focus, bool cut) {
   const double t = b.size[2];
+  const int least = least_layers(spec, b, fine);
   if (cut) {
     std::vector<double> z;
-    const int n = b.elements_through ? *b.elements_through / 2 : elements_along(spec, b, 0.5 * t, fine, 1);
+    const int n = b.elements_through ? *b.elements_through / 2 : elements_along(spec, b, 0.5 * t, fine, least / 2);
     for (int i = 0; i <= n; ++i) z.push_back(0.5 * t * i / n);
     return z;
   }
   if (b.elements_through || t <= 2 * d) {
-    constexpr int least = 2;  // one layer of particles has no way to become thinner, and bears pressure in its plane like a block
     const int n = b.elements_through ? *b.elements_through : elements_along(spec, b, t, fine, least);
     std::vector<double> z;
     for (int i = 0; i <= n; ++i) z.push_back(-0.5 * t + t * i / n);

@@ -202,7 +202,8 @@ TEST(FewSlowed, SleepAndThreadsGiveTheSameBits) {
   std::vector<std::unique_ptr<app::Simulation>> runs;
   for (const char* sleep : {"off", "exact", "exact"}) {
     core::set_threads(runs.size() < 2 ? 1 : 2);
-    runs.push_back(small_case::begin({std::string("run.sleep=\"") + sleep + "\"", "run.end=\"2 us\"", "body.bumper.size=[\"30 mm\", \"30 mm\"]", "body.bumper.fine_radius=\"4 mm\""}));
+    runs.push_back(small_case::begin({std::string("run.sleep=\"") + sleep + "\"", "run.end=\"2 us\"", "body.bumper.size=[\"30 mm\", \"30 mm\"]", "body.bumper.fine_radius=\"4 mm\"",
+                                      "body.bumper.elements_through=2"}));
     small_case::run(*runs.back(), 1 << 20);
   }
   core::set_threads(before);

@@ -113,6 +113,27 @@ TEST(FineMesh, HasNoGapsForParticles) {
   EXPECT_LT(edges_at(*block, 1, {5, 5, -4}).maxCoeff(), 0.42);
 }
 
+TEST(Plates, HaveLayersAsThinAsTwoThirdsOfAnEdgeUntilThereAreFive) {
+  // a sphere of 2 mm, edge 0.2 mm at ten across
+  const auto layers = [](double thickness, const std::vector<std::string>& set = {}, const std::string& more = "") {
+    const auto t = std::to_string(thickness);
+    auto all = set;
+    all.insert(all.begin(), "run.elements_across=10");
+    const auto s = small_case::set_up(all, projectile(ball, "[0, 0, \"1.05 mm\"]", down) + plate("bumper", "[\"12 mm\", \"12 mm\"]", "\"" + t + " mm\"", "[0, 0, \"-" + std::to_string(thickness / 2) + " mm\"]", more));
+    return std::lround(thickness / edges_at(*s, 1, {0.1, 0.1, -thickness / 2})[2]);
+  };
+  EXPECT_EQ(layers(0.05), 2);
+  EXPECT_EQ(layers(0.3), 2);
+  EXPECT_EQ(layers(0.4), 3);
+  EXPECT_EQ(layers(0.54), 4);
+  EXPECT_EQ(layers(0.8), 5);
+  EXPECT_EQ(layers(1), 5);
+  EXPECT_EQ(layers(1.4), 7);
+  EXPECT_EQ(layers(0.8, {}, "element_size = \"0.2 mm\""), 4) << "as asked for";
+  EXPECT_EQ(layers(0.8, {}, "elements_through = 3"), 3) << "as asked for";
+  EXPECT_EQ(layers(0.8, {"run.mode=\"sph\""}), 4) << "cubes";
+}
+
 TEST(Plates, OfParticlesCanBecomeThinner) {
   // A plate of 0.3 mm with a sphere 4 elements across, thinner than one and a half of its elements. Between 2 and 2.8 mm from the axis, 0.5 us
   // after 6 km/s, hexes move at 17 m/s and particles at 8; in one layer, which bears pressure in its plane like a block, at 225 m/s.
