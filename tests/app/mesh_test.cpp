@@ -115,11 +115,11 @@ TEST(FineMesh, HasNoGapsForParticles) {
 
 TEST(Plates, HaveLayersAsThinAsTwoThirdsOfAnEdgeUntilThereAreFive) {
   // a sphere of 2 mm, edge 0.2 mm at ten across
-  const auto layers = [](double thickness, const std::vector<std::string>& set = {}, const std::string& more = "") {
-    const auto t = std::to_string(thickness);
-    auto all = set;
-    all.insert(all.begin(), "run.elements_across=10");
-    const auto s = small_case::set_up(all, projectile(ball, "[0, 0, \"1.05 mm\"]", down) + plate("bumper", "[\"12 mm\", \"12 mm\"]", "\"" + t + " mm\"", "[0, 0, \"-" + std::to_string(thickness / 2) + " mm\"]", more));
+  const auto layers = [](double thickness, const std::string& more = "", const std::string& mode = "hybrid") {
+    const auto length = [](double l) { return "\"" + std::to_string(l) + " mm\""; };
+    const auto s = small_case::set_up({"run.elements_across=10", "run.mode=\"" + mode + "\""},
+                                      projectile(ball, "[0, 0, \"1.05 mm\"]", down) +
+                                          plate("bumper", "[\"12 mm\", \"12 mm\"]", length(thickness), "[0, 0, " + length(-thickness / 2) + "]", more));
     return std::lround(thickness / edges_at(*s, 1, {0.1, 0.1, -thickness / 2})[2]);
   };
   EXPECT_EQ(layers(0.05), 2);
@@ -129,9 +129,9 @@ TEST(Plates, HaveLayersAsThinAsTwoThirdsOfAnEdgeUntilThereAreFive) {
   EXPECT_EQ(layers(0.8), 5);
   EXPECT_EQ(layers(1), 5);
   EXPECT_EQ(layers(1.4), 7);
-  EXPECT_EQ(layers(0.8, {}, "element_size = \"0.2 mm\""), 4) << "as asked for";
-  EXPECT_EQ(layers(0.8, {}, "elements_through = 3"), 3) << "as asked for";
-  EXPECT_EQ(layers(0.8, {"run.mode=\"sph\""}), 4) << "cubes";
+  EXPECT_EQ(layers(0.8, "element_size = \"0.2 mm\""), 4) << "as asked for";
+  EXPECT_EQ(layers(0.8, "elements_through = 3"), 3) << "as asked for";
+  EXPECT_EQ(layers(0.8, "", "sph"), 4) << "cubes";
 }
 
 TEST(Plates, OfParticlesCanBecomeThinner) {
