@@ -232,14 +232,15 @@ static std::vector<double> graded(const io::Case& spec, const io::BodySpec& b, d
   return fem::graded_line(low, high, g);
 }
 
-/// Layers of elements that a plate has at least: what of it flies on as a cloud, and how wide, is known from five on. None is made flatter than
-/// two thirds of its edge, or what strikes it would strike matter of too little mass (setup.cpp, warn_of_mismatch()).
+/// Layers of elements that a plate has at least: how wide its cloud flies is known from five on, the hole that something slow and hard leaves
+/// from four on. Flat ones let what strikes them, of more mass a face, drive the first one too fast: none has less than half of its edge for
+/// the sake of four, and two thirds for that of five.
 static int least_layers(const io::Case& spec, const io::BodySpec& b, double fine) {
   constexpr int few = 2;  // one layer of particles has no way to become thinner, and bears pressure in its plane like a block
-  constexpr double enough = 5, flattest = 2.0 / 3, round_off = 1e-9;
   const bool projectile = &b == &spec.bodies[static_cast<std::size_t>(projectile_of(spec))];
   if (projectile || b.element_size || spec.mode == io::Mode::sph) return few;  // particles of flat elements would have gaps between them
-  return std::max(few, static_cast<int>(std::min(enough, b.size[2] / (flattest * fine) + round_off)));
+  const auto up_to = [&](double layers, double flattest) { return static_cast<int>(std::min(layers, b.size[2] / (flattest * fine) + 1e-9)); };
+  return std::max({few, up_to(4, 1.0 / 2), up_to(5, 2.0 / 3)});
 }
 
 static std::vector<double> through(const io::Case& spec, const io::BodySpec& b, double fine, double half, double d, double focus, bool cut) {

@@ -113,7 +113,7 @@ TEST(FineMesh, HasNoGapsForParticles) {
   EXPECT_LT(edges_at(*block, 1, {5, 5, -4}).maxCoeff(), 0.42);
 }
 
-TEST(Plates, HaveLayersAsThinAsTwoThirdsOfAnEdgeUntilThereAreFive) {
+TEST(Plates, HaveFourLayersIfNotFlatterThanHalfAnEdgeAndFiveIfTwoThirds) {
   // a sphere of 2 mm, edge 0.2 mm at ten across
   const auto layers = [](double thickness, const std::string& more = "", const std::string& mode = "hybrid") {
     const auto length = [](double l) { return "\"" + std::to_string(l) + " mm\""; };
@@ -123,10 +123,12 @@ TEST(Plates, HaveLayersAsThinAsTwoThirdsOfAnEdgeUntilThereAreFive) {
     return std::lround(thickness / edges_at(*s, 1, {0.1, 0.1, -thickness / 2})[2]);
   };
   EXPECT_EQ(layers(0.05), 2);
-  EXPECT_EQ(layers(0.3), 2);
-  EXPECT_EQ(layers(0.4), 3);
-  EXPECT_EQ(layers(0.54), 4);
-  EXPECT_EQ(layers(0.8), 5);
+  EXPECT_EQ(layers(0.29), 2);
+  EXPECT_EQ(layers(0.3), 3);
+  EXPECT_EQ(layers(0.39), 3);
+  EXPECT_EQ(layers(0.4), 4);
+  EXPECT_EQ(layers(0.66), 4);
+  EXPECT_EQ(layers(0.67), 5);
   EXPECT_EQ(layers(1), 5);
   EXPECT_EQ(layers(1.4), 7);
   EXPECT_EQ(layers(0.8, "element_size = \"0.2 mm\""), 4) << "as asked for";

@@ -62,10 +62,10 @@ TEST(Symmetry, TheFirstStrikePushesNothingAside) {
       const Vec3 x = s->mesh.nodes.x[nd] * 1e7;
       if (x[0] > -1 && x[1] > -1) at[{std::lround(x[0]), std::lround(x[1]), std::lround(x[2])}] = s->mesh.nodes.v[nd];
     }
-    double most = 0, least = 1e300;  // heat [J/kg] of the plate's elements at the axis
+    double most = 0, least = 1e300;  // heat [J/kg] of the elements at the axis in the plate's first layer
     for (std::size_t el = s->mesh.body_elements[1].first; el < s->mesh.body_elements[1].last; ++el) {
       const Vec3 x = fem::centre(s->mesh, el, s->mesh.nodes.x);
-      if (s->mesh.elements.pt.m[el] == 0 || std::hypot(x[0], x[1]) > 0.15e-3 || x[2] < -0.13e-3) continue;
+      if (s->mesh.elements.pt.m[el] == 0 || std::hypot(x[0], x[1]) > 0.15e-3 || x[2] < -0.075e-3) continue;
       most = std::max(most, s->mesh.elements.pt.e[el]), least = std::min(least, s->mesh.elements.pt.e[el]);
     }
     return std::tuple(at, most, least);
@@ -261,9 +261,10 @@ TEST(Symmetry, QuarterHalfAndWholeAgree) {
 }
 
 TEST(Symmetry, QuarterAndWholeAgreeInErosionAndSph) {
+  const std::string layers = "body.bumper.elements_through=3";  // of four some erode by chance: whole, half and quarter keep 9.6, 9.0 and 6.5 % of the energy
   for (const char* mode : {"run.mode=\"erosion\"", "run.mode=\"sph\""}) {
-    const auto whole = shoot({mode, "run.symmetry=\"none\""});
-    const auto quarter = shoot({mode, "run.symmetry=[\"x\",\"y\"]"});
+    const auto whole = shoot({mode, layers, "run.symmetry=\"none\""});
+    const auto quarter = shoot({mode, layers, "run.symmetry=[\"x\",\"y\"]"});
     // sph has no contact and agrees to round-off. In erosion a tenth of the energy is left, in few coarse elements, and
     // which of them go hangs on the step in which a criterion is looked at: 1 % of what there was at the start.
     const double part = std::string(mode).find("sph") != std::string::npos ? 1e-6 : 0.01;
