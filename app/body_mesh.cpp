@@ -236,10 +236,11 @@ static std::vector<double> graded(const io::Case& spec, const io::BodySpec& b, d
 /// from four on. Flat ones let what strikes them, of more mass a face, drive the first one too fast: none has less than half of its edge for
 /// the sake of four, and two thirds for that of five.
 static int least_layers(const io::Case& spec, const io::BodySpec& b, double fine) {
+  constexpr double round_off = 1e-9;
   constexpr int few = 2;  // one layer of particles has no way to become thinner, and bears pressure in its plane like a block
   const bool projectile = &b == &spec.bodies[static_cast<std::size_t>(projectile_of(spec))];
   if (projectile || b.element_size || spec.mode == io::Mode::sph) return few;  // particles of flat elements would have gaps between them
-  const auto up_to = [&](double layers, double flattest) { return static_cast<int>(std::min(layers, b.size[2] / (flattest * fine) + 1e-9)); };
+  const auto up_to = [&](double layers, double flattest) { return static_cast<int>(std::min(layers, b.size[2] / (flattest * fine) + round_off)); };
   return std::max({few, up_to(4, 1.0 / 2), up_to(5, 2.0 / 3)});
 }
 

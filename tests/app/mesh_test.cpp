@@ -127,8 +127,10 @@ TEST(Plates, HaveFourLayersIfNotFlatterThanHalfAnEdgeAndFiveIfTwoThirds) {
   EXPECT_EQ(layers(0.3), 3);
   EXPECT_EQ(layers(0.39), 3);
   EXPECT_EQ(layers(0.4), 4);
+  EXPECT_EQ(layers(0.54), 4);
   EXPECT_EQ(layers(0.66), 4);
   EXPECT_EQ(layers(0.67), 5);
+  EXPECT_EQ(layers(0.8), 5);
   EXPECT_EQ(layers(1), 5);
   EXPECT_EQ(layers(1.4), 7);
   EXPECT_EQ(layers(0.8, "element_size = \"0.2 mm\""), 4) << "as asked for";
