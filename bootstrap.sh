@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Sets Ejecta up on Debian 12 and works with it.
 #   ./bootstrap.sh build     installs what is missing, builds the program: build/ejecta
-#   ./bootstrap.sh run       builds, runs cases/whipple_double, draws runs/whipple_double-hybrid/cloud.png
+#   ./bootstrap.sh run       builds, runs cases/whipple_double, reports it: runs/whipple_double-hybrid/report.html
 #   ./bootstrap.sh test      builds with tests, runs those labelled unit and verification
 # Packages are installed as root, or through sudo; nothing is installed when all are there.
 set -euo pipefail
@@ -11,7 +11,6 @@ compiler=(g++ cmake ninja-build pkg-config)
 libraries=(libeigen3-dev libhdf5-dev libtomlplusplus-dev libcli11-dev libfmt-dev nlohmann-json3-dev)
 pictures=(python3-numpy python3-h5py python3-matplotlib)
 tests=(libgtest-dev)
-python=/usr/bin/python3   # the interpreter that the Debian packages belong to; another may come first in PATH
 
 say() { printf '\n== %s\n' "$*"; }
 fail() { printf 'bootstrap.sh: %s\n' "$*" >&2; exit 1; }
@@ -67,8 +66,8 @@ case ${1:-} in
     say "running cases/whipple_double (a few minutes)"
     build/ejecta run cases/whipple_double --force
     say "drawing"
-    "$python" tools/picture.py runs/whipple_double-hybrid
-    say "done: picture runs/whipple_double-hybrid/cloud.png, numbers runs/whipple_double-hybrid/summary.json"
+    build/ejecta report runs/whipple_double-hybrid
+    say "done: runs/whipple_double-hybrid/report.html with picture cloud.png, numbers in summary.json"
     ;;
   test)
     install "${compiler[@]}" "${libraries[@]}" "${tests[@]}" "${pictures[@]}"

@@ -14,8 +14,10 @@
 #include "app/bench.hpp"
 #include "app/compare.hpp"
 #include "app/cost.hpp"
+#include "app/report.hpp"
 #include "app/run.hpp"
 #include "app/setup.hpp"
+#include "app/trade.hpp"
 #include "core/error.hpp"
 #include "core/parallel.hpp"
 #include "eos/hugoniot.hpp"
@@ -44,16 +46,27 @@ static int printed() {
   return 0;
 }
 
+/// What outputs of a case are called by: its file, or the folder that holds case.toml.
+static std::string stem_of(const std::string& target) {
+  auto path = std::filesystem::absolute(target).lexically_normal();
+  if (!path.has_filename() || path.filename() == "case.toml") path = path.parent_path();
+  std::error_code ignored;
+  return (std::filesystem::is_directory(path, ignored) ? path.filename() : path.stem()).string();
+}
+
 static int run_case(const Arguments& a) {
   use_threads(a.threads);
   const io::Case spec = io::read_case(a.target, a.set, a.mode);
-  const auto stem = [&] {  // the case file's, or the folder's that holds case.toml
-    auto path = std::filesystem::absolute(a.target).lexically_normal();
-    if (!path.has_filename() || path.filename() == "case.toml") path = path.parent_path();
-    std::error_code ignored;
-    return std::filesystem::is_directory(path, ignored) ? path.filename() : path.stem();
-  };
-  return run(spec, a.out.empty() ? "runs/" + stem().string() + "-" + io::to_string(spec.mode) : a.out, a.force);
+  return run(spec, a.out.empty() ? "runs/" + stem_of(a.target) + "-" + io::to_string(spec.mode) : a.out, a.force);
+}
+
+static int trade_case(const Arguments& a, TradeRequest request) {
+  request.target = a.target;
+  request.out = a.out.empty() ? "runs/" + stem_of(a.target) + "-trade" : a.out;
+  request.set = a.set;
+  request.threads = a.threads;
+  request.force = a.force;
+  return trade(request);
 }
 
 static int check_case(const Arguments& a, bool with_cost) {
@@ -203,11 +216,14 @@ int command_line(int argc, char** argv) {
   std::string material, file;
   std::vector<std::string> folders;
   int code = 0, number = 0;
-  const auto case_options = [&](CLI::App* c) {
+  const auto case_and_overrides = [&](CLI::App* c) {
     c->add_option("CASE", a.target, "case file, or the folder that holds case.toml")->required();
-    c->add_option("--mode", a.mode, "hybrid | erosion | fem | sph, in place of run.mode");
     c->add_option("--set", a.set, "key=value in place of what the case says, e.g. run.end=\"5 us\"")->take_all()->allow_extra_args(false);
     c->add_option("--threads", a.threads, "number of threads (default: all)")->check(CLI::Range(1, 1024));
+  };
+  const auto case_options = [&](CLI::App* c) {
+    case_and_overrides(c);
+    c->add_option("--mode", a.mode, "hybrid | erosion | fem | sph, in place of run.mode");
   };
   auto* c_run = cli.add_subcommand("run", "run a case");
   case_options(c_run);
@@ -240,6 +256,23 @@ int command_line(int argc, char** argv) {
   c_compare->callback([&] {
     fmt::print("{}", compare(folders));
     code = printed();
+  });
+  auto* c_report = cli.add_subcommand("report", "pictures and report.html of a run, into its folder");
+  c_report->add_option("DIR", a.target, "output folder of a run that has ended")->required();
+  c_report->callback([&] {
+    fmt::print("{}", report(a.target));
+    code = printed();
+  });
+  auto* c_trade = cli.add_subcommand("trade", "cost against accuracy over fidelities and modes: table, picture, Pareto front");
+  case_and_overrides(c_trade);
+  TradeRequest study;
+  c_trade->add_option("--modes", study.modes, "modes (default: hybrid,erosion)")->delimiter(',');
+  c_trade->add_option("--fidelities", study.fidelities, "draft | standard | fine | reference, or elements across (default: draft,standard,fine)")->delimiter(',');
+  c_trade->add_option("--out", a.out, "folder of the study, whose runs that have ended are kept (default: runs/CASE-trade)");
+  c_trade->add_flag("--force", a.force, "run anew what is there");
+  c_trade->callback([&] {
+    code = trade_case(a, study);
+    printed();
   });
   auto* c_materials = cli.add_subcommand("materials", "the library: constants, units, sources");
   c_materials->add_option("NAME", material, "a material; without it all names");

@@ -5,19 +5,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <map>
-#include <nlohmann/json.hpp>
 
-#include "app/summary.hpp"
+#include "app/stored_run.hpp"
+#include "app/text_table.hpp"
 #include "core/error.hpp"
 #include "io/toml_reader.hpp"
 
 namespace app {
 namespace {
 
-using Json = nlohmann::ordered_json;
 using io::toml_reader::Node;
 
 /// Every value of a case by its key, as it is written; bodies by name.
@@ -45,24 +42,12 @@ void flatten(const Node& node, const std::string& path, Flat& flat) {
   }
 }
 
-struct Run {
-  std::string name;
-  Json summary;
+struct Run : StoredRun {
   Flat spec;
-
-  /// What stands at a path of the summary, "/work/element_updates"; null where nothing does.
-  Json at(const std::string& path) const { return summary.value(Json::json_pointer(path), Json()); }
 };
 
 Run read_run(const std::string& folder) {
-  Run run;
-  const auto path = std::filesystem::absolute(folder).lexically_normal();
-  run.name = (path.has_filename() ? path : path.parent_path()).filename().string();
-  const std::string summary = folder + "/summary.json";
-  std::ifstream f(summary);
-  run.summary = Json::parse(f, nullptr, false);
-  if (!run.summary.is_object() || !run.at("/measurements").is_object())
-    throw core::CaseError(fmt::format("{}: is not there, or no summary of a run; valid: output folders of runs that have ended", summary));
+  Run run{read_stored_run(folder), {}};
   flatten(io::toml_reader::parse_file(folder + "/case.toml"), "", run.spec);
   return run;
 }
@@ -91,21 +76,7 @@ class Table {
       return j.is_number() ? fmt::format(fmt::runtime(format), j.get<double>() * scale) : std::string("-");
     });
   }
-  std::string text() const {
-    std::vector<std::size_t> width;
-    for (const auto& row : rows_)
-      for (std::size_t c = 0; c < row.size() && row.size() > 1; ++c) {
-        if (c == width.size()) width.push_back(0);
-        width[c] = std::max(width[c], row[c].size());
-      }
-    std::string text;
-    for (const auto& row : rows_) {
-      for (std::size_t c = 0; c < row.size(); ++c)
-        text += c == 0 && row.size() > 1 ? fmt::format("{:<{}}", row[c], width[c]) : c == 0 ? row[c] : fmt::format("  {:>{}}", row[c], width[c]);
-      text += '\n';
-    }
-    return text;
-  }
+  std::string text() const { return aligned(rows_); }
 
  private:
   const std::vector<Run>& runs_;
@@ -127,22 +98,6 @@ void add_differences(const std::vector<Run>& runs, Table& table) {
   }
 }
 
-/// A measurement as a number and how people write it.
-struct Cell {
-  bool there = false, number = false;
-  double value = 0;
-  std::string text = "-";
-};
-
-Cell cell(const Json& entry, const char* key) {
-  if (!entry.is_object() || !entry.contains(key)) return {};
-  const Json& v = entry[key];
-  if (v.is_boolean()) return {true, false, 0, readable(v.get<bool>(), "bool")};
-  if (!v.is_number()) return {};
-  const Json unit = entry.value("unit", Json());
-  return {true, true, v.get<double>(), readable(v.get<double>(), unit.is_string() ? unit.get<std::string>() : "")};
-}
-
 void add_measurements(const std::vector<Run>& runs, Table& table) {
   std::vector<std::string> keys;
   for (const Run& run : runs)
@@ -150,7 +105,7 @@ void add_measurements(const std::vector<Run>& runs, Table& table) {
       if (std::find(keys.begin(), keys.end(), item.key()) == keys.end()) keys.push_back(item.key());
   table.heading("measurements (against the reference in brackets, without one against the first run)");
   for (const auto& key : keys) {
-    const auto entry = [&](const Run& run) { return run.summary["measurements"].value(key, Json()); };
+    const auto entry = [&](const Run& run) { return run.measured(key); };
     Cell reference;
     for (const Run& run : runs)
       if (!reference.there) reference = cell(entry(run), "reference");
@@ -199,7 +154,7 @@ std::string compare(const std::vector<std::string>& folders) {
   table.row("", heads);
   add_differences(runs, table);
   table.heading("runs");
-  table.each("ended by", [](const Run& run) { const Json j = run.at("/stop_reason"); return j.is_string() ? j.get<std::string>() : "-"; });
+  table.each("ended by", [](const Run& run) { return run.text("/stop_reason"); });
   table.number("time, us", "/time", "{:.4g}", 1e6);
   table.number("steps", "/steps", "{:.0f}");
   table.number("wall time, s", "/wall_seconds", "{:.4g}");

@@ -352,7 +352,7 @@ int run(const io::Case& spec, const std::string& dir, bool force) {
   const FolderLock lock(dir);
   refuse_to_overwrite();  // another run may have begun there since
   require_writable(dir);
-  for (const char* name : {"summary.json", "checkpoint.h5", "fragments.csv", "measurements.csv"}) fs::remove(fs::path(dir) / name, error);
+  for (const char* name : {"summary.json", "checkpoint.h5", "fragments.csv", "measurements.csv", "report.html", "cloud.png", "speed.png"}) fs::remove(fs::path(dir) / name, error);
   Output out = open_output(*s, dir, false);
   io::write_atomically(dir + "/case.toml", io::write_case(s->spec));
   out.history.line(history_head);

@@ -607,8 +607,7 @@ material = "Al2024-T351"
         self.write("case.toml", CASE.replace(sphere, 'shape = "mesh"\nfile = "cube.k"\n', 1))
         r = self.ejecta("run", "case.toml", "--out", self.out, "--set", 'run.end="0.01 us"', "--set", 'output.every="0.01 us"')
         self.assertEqual(r.returncode, 0, r.stderr)
-        tool = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../tools/picture.py")
-        r = subprocess.run([sys.executable, tool, self.out], capture_output=True, text=True, timeout=100)
+        r = self.ejecta("report", self.out)
         self.assertEqual(r.returncode, 0, r.stderr)
         self.assertGreater(os.path.getsize(os.path.join(self.out, "cloud.png")), 10000)
 
@@ -661,8 +660,138 @@ material = "Al2024-T351"
     def test_help(self):
         r = self.ejecta("--help")
         self.assertEqual(r.returncode, 0)
-        for command in ("run", "resume", "check", "measure", "hugoniot", "materials"):
+        for command in ("run", "resume", "check", "measure", "report", "compare", "trade", "hugoniot", "materials", "bench"):
             self.assertIn(command, r.stdout)
+
+
+class Studies(Folder):
+    """Reports, and trade studies of cost against accuracy."""
+
+    REFERENCE = """[reference]
+"bumper.hole_diameter" = { value = "2.0 mm", source = "Smith & <Sons>" }
+"cloud.spray_half_angle" = { value = "30 deg", source = "the same" }
+"bumper.perforated" = { value = true, source = "the same" }
+"""
+    draws = h5py is not None and importlib.util.find_spec("matplotlib") is not None
+
+    def test_report(self):
+        self.write("case.toml", CASE.replace("small shot", "shot & <cloud>") + self.REFERENCE)
+        self.assertEqual(self.ejecta("run", "case.toml", "--out", self.out).returncode, 0)
+        r = self.ejecta("report", self.out)
+        self.assertEqual(r.returncode, 0 if self.draws else 3, r.stderr)
+        with open(os.path.join(self.out, "report.html")) as f:
+            page = f.read()
+        measured = self.summary(self.out)["measurements"]
+        hole = measured["bumper.hole_diameter"]["value"]
+        for part in ("<h1>shot &amp; &lt;cloud&gt;</h1>", "Smith &amp; &lt;Sons&gt;", f"<td>{1e3 * hole:.4g} mm</td><td>2 mm</td><td>{100 * (hole / 2e-3 - 1):+.1f} %</td>",
+                     "<td>bumper.perforated</td><td>yes</td><td>yes</td><td>right</td>", "elements_across = 6"):
+            self.assertIn(part, page)
+        for key in measured:
+            self.assertIn(f"<td>{key}</td>", page)
+        with open(os.path.join(self.out, "fragments.csv")) as f:
+            heaviest = max(float(row["mass_kg"]) for row in csv.DictReader(f))
+        self.assertIn(f"<td>1</td><td>{1e6 * heaviest:.4g} mg</td>", page)
+        for picture in ("cloud.png", "speed.png"):
+            self.assertEqual(f'<img src="{picture}"' in page, self.draws)
+            self.assertEqual(os.path.exists(os.path.join(self.out, picture)), self.draws)
+        if not self.draws:
+            self.assertIn("python3-matplotlib", r.stderr)
+        # what an earlier run's report says is not left beside another run
+        self.assertEqual(self.ejecta("run", "case.toml", "--out", self.out, "--force", "--set", 'run.end="0.01 us"').returncode, 0)
+        self.assertFalse({"report.html", "cloud.png", "speed.png"} & set(os.listdir(self.out)))
+
+    def test_report_without_pictures(self):
+        """Where nothing can be drawn the report is there all the same, and the command says what is missing."""
+        self.assertEqual(self.ejecta("run", "case.toml", "--out", self.out, "--set", 'run.end="0.01 us"').returncode, 0)
+        os.rename(os.path.join(self.out, "history.csv"), os.path.join(self.dir, "kept.csv"))
+        self.write("out/history.csv", "no history\n")
+        r = self.ejecta("report", self.out)
+        self.assertEqual(r.returncode, 3)
+        self.assertIn("report.html is without pictures", r.stderr)
+        with open(os.path.join(self.out, "report.html")) as f:
+            self.assertNotIn("<img", f.read())
+        os.remove(os.path.join(self.out, "history.csv"))
+        r = self.ejecta("report", self.out)
+        self.assertEqual(r.returncode, 2)
+        self.assertIn("holds no history.csv", r.stderr)
+        r = self.ejecta("report", self.dir)
+        self.assertEqual(r.returncode, 2)
+        self.assertIn("summary.json: is not there", r.stderr)
+
+    def trade(self, *more):
+        return self.ejecta("trade", "case.toml", "--fidelities", "4,6", "--out", "study", *more)
+
+    def rows(self):
+        with open(os.path.join(self.dir, "study", "trade.csv")) as f:
+            return list(csv.DictReader(f))
+
+    def test_trade(self):
+        self.write("case.toml", CASE + self.REFERENCE)
+        r = self.trade()
+        self.assertEqual(r.returncode, 0 if self.draws else 3, r.stderr)
+        rows = self.rows()
+        self.assertEqual([row["run"] for row in rows], ["hybrid-4", "erosion-4", "hybrid-6", "erosion-6"])
+        for row in rows:
+            s = self.summary(os.path.join(self.dir, "study", row["run"]))
+            errors = [s["measurements"][k]["value"] / ref - 1 if k in s["measurements"] else 1
+                      for k, ref in (("bumper.hole_diameter", 2e-3), ("cloud.spray_half_angle", 30 * 3.141592653589793 / 180))]
+            errors.append(0 if s["measurements"]["bumper.perforated"]["value"] is True else 1)
+            self.assertAlmostEqual(float(row["error"]), (sum(e * e for e in errors) / 3) ** 0.5, 5)
+            self.assertAlmostEqual(float(row["cpu_seconds"]), s["cpu_seconds"], 4)
+            self.assertEqual(int(row["elements"]), s["elements"]["initial"])
+            self.assertIn(row["run"], r.stdout)
+        at = lambda row: (float(row["cpu_seconds"]), float(row["error"]))
+        for row in rows:
+            beaten = any(at(o)[0] <= at(row)[0] and at(o)[1] <= at(row)[1] and at(o) != at(row) for o in rows)
+            self.assertEqual(row["on_front"], "0" if beaten else "1", row["run"])
+        self.assertEqual(os.path.exists(os.path.join(self.dir, "study", "trade.png")), self.draws)
+
+        # what has ended is kept, what was interrupted goes on, another case is not taken for this one
+        def stamp():
+            return {row["run"]: os.stat(os.path.join(self.dir, "study", row["run"], "run.h5")).st_mtime_ns for row in rows}
+
+        before = stamp()
+        os.remove(os.path.join(self.dir, "study", "erosion-4", "summary.json"))  # it owes the summary
+        self.assertEqual(self.trade().returncode, r.returncode)
+        self.assertEqual({k: v for k, v in stamp().items() if k != "erosion-4"}, {k: v for k, v in before.items() if k != "erosion-4"})
+        self.assertEqual([row["error"] for row in self.rows()], [row["error"] for row in rows])
+        refused = self.trade("--set", "body.projectile.velocity=[0, 0, -5000]")
+        self.assertEqual(refused.returncode, 2)
+        self.assertIn("hybrid-4: holds something else than this run", refused.stderr)
+        self.assertEqual(self.trade("--set", "body.projectile.velocity=[0, 0, -5000]", "--force").returncode, r.returncode)
+        self.assertNotEqual([row["error"] for row in self.rows()], [row["error"] for row in rows])
+
+    def test_trade_without_references(self):
+        r = self.trade("--modes", "hybrid")
+        self.assertEqual(r.returncode, 0 if self.draws else 3, r.stderr)
+        coarse, fine = self.rows()
+        self.assertEqual(float(fine["error"]), 0)
+        self.assertGreater(float(coarse["error"]), 0)
+        self.assertIn("judged by hybrid-6", r.stdout)
+
+    def test_errors(self):
+        for arguments, says in ((["--fidelities", "4,rough"], "unknown fidelity 'rough'; valid: draft, standard, fine, reference"),
+                                (["--fidelities", "1"], "run.elements_across"),
+                                (["--modes", "hybrid,fast"], "valid: hybrid, erosion, fem, sph")):
+            r = self.ejecta("trade", "case.toml", "--out", "study", *arguments)
+            self.assertEqual(r.returncode, 2, r.stdout + r.stderr)
+            self.assertIn(says, r.stderr)
+            self.assertFalse(os.path.exists(os.path.join(self.dir, "study")))
+
+    def test_an_interrupted_study_goes_on(self):
+        long = ["trade", "case.toml", "--fidelities", "8", "--modes", "hybrid", "--out", "study", "--set", 'run.end="2 us"', "--threads", "1"]
+        study = subprocess.Popen([PROGRAM, *long], cwd=self.dir, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
+        history = os.path.join(self.dir, "study", "hybrid-8", "history.csv")
+        limit = time.time() + 60
+        while time.time() < limit and not (os.path.exists(history) and os.path.getsize(history) > 2000):
+            time.sleep(0.01)
+        study.send_signal(signal.SIGINT)  # to the study alone: it hands it on
+        self.assertEqual(study.wait(60), 130)
+        self.assertEqual(self.summary(os.path.join(self.dir, "study", "hybrid-8"))["stop_reason"], "interrupted")
+        r = self.ejecta(*long)
+        self.assertEqual(r.returncode, 0 if self.draws else 3, r.stderr)
+        self.assertIn("going on at", r.stdout)
+        self.assertTrue(self.summary(os.path.join(self.dir, "study", "hybrid-8"))["completed"])
 
 
 class Interrupt(Folder):
