@@ -388,6 +388,8 @@ static PlacedBody place(const io::Case& spec, std::size_t body) {
     case Shape::box: {
       const PlateGrid g = plate_grid(spec, body);
       p.element_size = g.fine;
+      p.layer = extent(b).maxCoeff();
+      for (std::size_t k = 1; k < g.z.size(); ++k) p.layer = std::min(p.layer, g.z[k] - g.z[k - 1]);
       p.too_coarse = out_of_reach(spec, b) && reached(spec, b, spec.end);
       p.count = static_cast<double>((g.x.size() - 1) * (g.y.size() - 1) * (g.z.size() - 1));
       p.make = [&b, g] { return placed(fem::box(g.x, g.y, g.z), b); };

@@ -16,6 +16,7 @@ namespace app {
 struct PlacedBody {
   const io::BodySpec* spec = nullptr;
   double element_size = 0;              ///< in the fine part [m]
+  double layer = 0;                     ///< plate, box: its thinnest layer of elements [m]
   double count = 0;                     ///< elements, about
   bool too_coarse = false;              ///< meshed as one that nothing gets to (io::Case::mesh_end), which something may after all
   std::function<fem::HexMesh()> make;   ///< the mesh in place, cut at the symmetry planes

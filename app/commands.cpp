@@ -84,6 +84,7 @@ static int check_case(const Arguments& a, bool with_cost) {
              : spec.mode == io::Mode::erosion ? "erosion"
              : spec.mode == io::Mode::sph     ? "particles from the start"
                                               : "elements only");
+  for (const auto& warning : s->warnings) fmt::print("# warning: {}\n", warning);
   if (!with_cost) return printed();
   begin(*s);
   double dt = 1e300;

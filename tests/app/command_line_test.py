@@ -571,6 +571,10 @@ material = "Al2024-T351"
         self.write("resolved.toml", r.stdout)
         r = self.ejecta("check", "resolved.toml")
         self.assertEqual(r.returncode, 0, r.stderr)
+        self.assertNotIn("# warning", r.stdout)
+        # and what the run would warn of
+        r = self.ejecta("check", "case.toml", "--no-cost", "--set", "body.bumper.elements_through=9")
+        self.assertIn('# warning: body "bumper" has layers of elements of 0.0333 mm', r.stdout)
 
     def test_check_of_particles(self):
         for each in (1, 2):  # particles per edge

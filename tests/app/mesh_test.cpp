@@ -138,6 +138,24 @@ TEST(Plates, HaveFourLayersIfNotFlatterThanHalfAnEdgeAndFiveIfTwoThirds) {
   EXPECT_EQ(layers(0.8, "", "sph"), 4) << "cubes";
 }
 
+TEST(Plates, OfFlatLayersWarn) {
+  // a sphere of 2 mm, edge 0.2 mm; thin_plate at 20 across to 0.2 us has 116, 133, 151 and 216 GPa with layers of 0.8, 0.5, 0.4 and 0.25 of the edge, where 119 is right
+  const auto warnings = [](const std::string& thickness, const std::string& more, const std::string& mode = "hybrid") {
+    const auto s = small_case::set_up({"run.elements_across=10", "run.mode=\"" + mode + "\""},
+                                      projectile(ball, "[0, 0, \"1.05 mm\"]", down) + plate("bumper", "[\"12 mm\", \"12 mm\"]", thickness, "[0, 0, \"-0.4 mm\"]", more));
+    return s->warnings;
+  };
+  EXPECT_TRUE(warnings("\"0.8 mm\"", "elements_through = 8").empty()) << "half an edge, as thin plates have by themselves";
+  EXPECT_TRUE(warnings("\"0.4 mm\"", "").empty());
+  const auto flat = warnings("\"0.8 mm\"", "elements_through = 10");
+  ASSERT_EQ(flat.size(), 1u);
+  EXPECT_NE(flat[0].find("body \"bumper\" has layers of elements of 0.08 mm and \"projectile\", which strikes it, elements of 0.2 mm"), std::string::npos) << flat[0];
+  const auto fine = warnings("\"0.8 mm\"", "element_size = \"0.1 mm\"\nelements_through = 4");
+  ASSERT_EQ(fine.size(), 1u);
+  EXPECT_NE(fine[0].find("body \"bumper\" has elements of 0.1 mm and"), std::string::npos) << fine[0];
+  EXPECT_TRUE(warnings("\"0.2 mm\"", "", "sph").empty()) << "particles";
+}
+
 TEST(Plates, OfParticlesCanBecomeThinner) {
   // A plate of 0.3 mm with a sphere 4 elements across, thinner than one and a half of its elements. Between 2 and 2.8 mm from the axis, 0.5 us
   // after 6 km/s, hexes move at 17 m/s and particles at 8; in one layer, which bears pressure in its plane like a block, at 225 m/s.
