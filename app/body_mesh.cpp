@@ -71,7 +71,16 @@ static core::Mat3 rotation(const io::BodySpec& b) {
   return core::orientation(b.shape == Shape::mesh ? n : core::upright(n));  // a mesh is not the same upside down
 }
 
-bool lies_along(const io::BodySpec& b, int axis) { return rotation(b).row(axis).maxCoeff() > 1 - 1e-12; }
+/// Is the body's own axis `own` the scene's `axis`, but for round-off? What is tilted by more, be it by a millionth, has no nodes on a plane of symmetry.
+static bool is_axis(const core::Mat3& turn, int axis, int own) {
+  constexpr double round_off = 1e-14;
+  return (turn.row(axis).transpose() - Vec3(Vec3::Unit(own))).norm() < round_off;
+}
+
+bool lies_along(const io::BodySpec& b, int axis) {
+  const core::Mat3 r = rotation(b);
+  return is_axis(r, axis, 0) || is_axis(r, axis, 1) || is_axis(r, axis, 2);
+}
 
 /// The scene's symmetry planes in the body's own axes.
 static core::Symmetry own_planes(const io::Case& spec, const io::BodySpec& b) {
@@ -79,7 +88,7 @@ static core::Symmetry own_planes(const io::Case& spec, const io::BodySpec& b) {
   core::Symmetry own;
   for (int d = 0; d < 3; ++d)
     for (int a = 0; a < 3; ++a)
-      if (spec.symmetry.plane[static_cast<std::size_t>(d)] && r(d, a) > 1 - 1e-12) own.plane[static_cast<std::size_t>(a)] = true;
+      if (spec.symmetry.plane[static_cast<std::size_t>(d)] && is_axis(r, d, a)) own.plane[static_cast<std::size_t>(a)] = true;
   return own;
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Where the bodies of a case lie and how finely each is meshed. The projectile's smallest extent has elements_across
 // elements; the first plate takes that size round where it is struck, later plates at least six elements through their
-// thickness at no finer size; thin plates have five layers as far as those are not thinner than two thirds of that; all
+// thickness at no finer size; thin plates have five layers as far as those are not thinner than two thirds of that, and four as far as half; all
 // coarsen away from there. A plate that nothing can get to before the run ends is coarse all over.
 #pragma once
 

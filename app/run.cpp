@@ -83,7 +83,7 @@ class LineFile {
   void line(const std::string& text) {
     file_ << text << '\n' << std::flush;
     if (!file_)
-      throw core::GuardError(path_ + ": cannot be written: no space left on the device? Free some space and resume");
+      throw core::NoRoomError(path_ + ": cannot be written: no space left on the device? " + io::no_room_advice);
   }
 
  private:
@@ -266,11 +266,35 @@ static void catch_interrupts() {
   std::signal(SIGPIPE, SIG_IGN);  // results go to files: the run goes on without its screen
 }
 
+static void advise_of_room(const std::string& dir) {
+  say(fs::exists(dir + "/checkpoint.h5") ? fmt::format("once there is room, go on with: ejecta resume {}\n", dir)
+                                         : fmt::format("no state could be stored to go on from; once there is room, start anew with: ejecta run CASE --out {} --force\n", dir),
+      stderr);
+}
+
+/// f(), which writes into the folder. Returns its exit code, that of a run that was stopped where there was no room before it had begun.
+template <class F>
+static int writing(const std::string& dir, F&& f) {
+  try {
+    return f();
+  } catch (const core::NoRoomError& e) {
+    say(fmt::format("stopped: {}\n", e.what()), stderr);
+    advise_of_room(dir);
+    return 3;
+  }
+}
+
 /// Runs to the end or to what stops it, saves the state, reports. Returns the exit code.
 static int conclude(Simulation& s, Output& out, double wall_before) {
   const auto begin_time = std::chrono::steady_clock::now();
   RunInfo info;
   int code = 0;
+  bool no_room = false;
+  const auto stopped = [&](const core::GuardError& e, const char* how) {
+    code = 3;
+    no_room |= dynamic_cast<const core::NoRoomError*>(&e) != nullptr;
+    say(fmt::format("{}{}\n", how, e.what()), stderr);
+  };
   try {
     advance_to_end(s, out);
     info.completed = ended(s);
@@ -278,16 +302,14 @@ static int conclude(Simulation& s, Output& out, double wall_before) {
     code = info.completed ? 0 : 130;
   } catch (const core::GuardError& e) {
     info.stop_reason = e.what();
-    code = 3;
-    say(fmt::format("\nstopped: {}\n", e.what()), stderr);
+    stopped(e, "\nstopped: ");
   }
   info.wall_seconds = wall_before + std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_time).count();
   info.cpu_seconds = s.work.cpu_seconds_before + cpu_seconds();
   try {
     out.background.wait();
   } catch (const core::GuardError& e) {
-    say(fmt::format("{}\n", e.what()), stderr);
-    code = 3;
+    stopped(e, "");
   }
   // The state first, then what is derived from it, the summary last; a disk that is full may refuse any of them.
   try {
@@ -311,13 +333,13 @@ static int conclude(Simulation& s, Output& out, double wall_before) {
     out.log.line(report);
     say("\n" + report);
   } catch (const core::GuardError& e) {
-    say(fmt::format("{}\n", e.what()), stderr);
-    code = 3;
+    stopped(e, "");
   }
   const std::string last = fmt::format("{} at t = {:.6g} us after {} steps, {:.1f} s", info.stop_reason, s.time * 1e6,
                                        s.steps, info.wall_seconds);
   say(last + "\n");
   if (code == 130) say(fmt::format("go on with: ejecta resume {}\n", out.dir));
+  if (no_room) advise_of_room(out.dir);
   return code;
 }
 
@@ -353,17 +375,19 @@ int run(const io::Case& spec, const std::string& dir, bool force) {
   refuse_to_overwrite();  // another run may have begun there since
   require_writable(dir);
   for (const char* name : {"summary.json", "checkpoint.h5", "fragments.csv", "measurements.csv", "report.html", "cloud.png", "speed.png"}) fs::remove(fs::path(dir) / name, error);
-  Output out = open_output(*s, dir, false);
-  io::write_atomically(dir + "/case.toml", io::write_case(s->spec));
-  out.history.line(history_head);
-  out.log.line(fmt::format("{}\nmode {}, {} elements in {} bodies, symmetry 1/{}, {} threads, kernels for {}", spec.title,
-                           io::to_string(spec.mode), s->n_elements_initial, spec.bodies.size(), s->spec.symmetry.copies(),
-                           core::threads(), core::isa_name()));
-  say(fmt::format("{}: {} elements, {} particles, mode {}, end {:.4g} us\n", spec.title, s->mesh.n_alive, s->particles.size(),
-                  io::to_string(spec.mode), spec.end * 1e6));
-  out.add_history(*s);
-  out.write_snapshot(*s);
-  return conclude(*s, out, 0);
+  return writing(dir, [&] {
+    Output out = open_output(*s, dir, false);
+    io::write_atomically(dir + "/case.toml", io::write_case(s->spec));
+    out.history.line(history_head);
+    out.log.line(fmt::format("{}\nmode {}, {} elements in {} bodies, symmetry 1/{}, {} threads, kernels for {}", spec.title,
+                             io::to_string(spec.mode), s->n_elements_initial, spec.bodies.size(), s->spec.symmetry.copies(),
+                             core::threads(), core::isa_name()));
+    say(fmt::format("{}: {} elements, {} particles, mode {}, end {:.4g} us\n", spec.title, s->mesh.n_alive, s->particles.size(),
+                    io::to_string(spec.mode), spec.end * 1e6));
+    out.add_history(*s);
+    out.write_snapshot(*s);
+    return conclude(*s, out, 0);
+  });
 }
 
 /// What f reads; a file that cannot be read stops no run that is under way: it is for the user to put right.
@@ -394,14 +418,16 @@ int resume(const std::string& dir) {
     s->limit = {"end", 0, s->dt_old};
   }
   catch_interrupts();
-  Output out = open_output(*s, dir, true);
-  if (fs::is_empty(dir + "/history.csv")) out.history.line(history_head);
-  out.log.line(fmt::format("resumed at t = {:.6g} us, step {}", s->time * 1e6, s->steps));
-  if (!out.snapshots.note().empty()) out.warn(out.snapshots.note());
-  say(fmt::format("{}: going on at t = {:.4g} us, step {}\n", s->spec.title, s->time * 1e6, s->steps));
-  double before = 0;
-  for (const double t : s->work.seconds) before += t;
-  return conclude(*s, out, before);
+  return writing(dir, [&] {
+    Output out = open_output(*s, dir, true);
+    if (fs::is_empty(dir + "/history.csv")) out.history.line(history_head);
+    out.log.line(fmt::format("resumed at t = {:.6g} us, step {}", s->time * 1e6, s->steps));
+    if (!out.snapshots.note().empty()) out.warn(out.snapshots.note());
+    say(fmt::format("{}: going on at t = {:.4g} us, step {}\n", s->spec.title, s->time * 1e6, s->steps));
+    double before = 0;
+    for (const double t : s->work.seconds) before += t;
+    return conclude(*s, out, before);
+  });
 }
 
 /// Of run.h5.

@@ -10,6 +10,7 @@
 #include "app/body_mesh.hpp"
 #include "core/error.hpp"
 #include "eos/hugoniot.hpp"
+#include "fem/parting.hpp"
 #include "fem/hex8.hpp"
 
 namespace app {
@@ -267,6 +268,7 @@ std::unique_ptr<Simulation> set_up(const io::Case& given) {
   }
   fem::finish(s->mesh);
   hold_symmetry(spec.symmetry, s->mesh.nodes);
+  fem::part_bodies(s->mesh);
   s->scene = make_scene(spec, placed, s->warnings);
   s->built.reserve(s->mesh.elements.size());
   for (std::size_t el = 0; el < s->mesh.elements.size(); ++el)

@@ -73,7 +73,8 @@ Todo look_at(const Entry& e, bool force) {
     throw core::CaseError(fmt::format("{}: holds something else than this run; give another --out, or --force", e.folder));
   std::ifstream f(e.folder + "/summary.json");
   const Json summary = Json::parse(f, nullptr, false);
-  if (summary.is_object() && summary.value("stop_reason", "") != "interrupted") return Todo::nothing;
+  const std::string ended_by = summary.is_object() ? summary.value("stop_reason", "") : "interrupted";
+  if (ended_by != "interrupted" && ended_by.find(io::no_room_advice) == std::string::npos) return Todo::nothing;  // at its end, or by a guard
   return fs::exists(e.folder + "/checkpoint.h5") ? Todo::go_on : Todo::run;
 }
 

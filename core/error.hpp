@@ -17,4 +17,9 @@ struct GuardError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// There is no room for what was to be written. Whether a run can go on from what it has stored is for its end to say.
+struct NoRoomError : GuardError {
+  using GuardError::GuardError;
+};
+
 }  // namespace core

@@ -26,7 +26,7 @@ struct DimensionRow {
   Powers powers;
 };
 
-constexpr std::array<DimensionRow, 20> dimensions{{
+constexpr std::array<DimensionRow, 19> dimensions{{
     {Dimension::none, "pure number", "a", "", "0.5", {0, 0, 0, 0, 0}},
     {Dimension::length, "length", "a", "m", "4 mm", {1, 0, 0, 0, 0}},
     {Dimension::time, "time", "a", "s", "20 us", {0, 0, 1, 0, 0}},
@@ -46,7 +46,6 @@ constexpr std::array<DimensionRow, 20> dimensions{{
     {Dimension::momentum, "momentum", "a", "N s", "0.5 N s", {1, 1, -1, 0, 0}},
     {Dimension::energy, "energy", "an", "J", "2.5 kJ", {2, 1, -2, 0, 0}},
     {Dimension::surface_energy, "energy of a surface", "the", "J/m2", "8 kJ/m2", {0, 1, -2, 0, 0}},
-    {Dimension::any, "quantity", "a", "", "4 mm", {0, 0, 0, 0, 0}},
 }};
 
 const DimensionRow& row(Dimension d) { return dimensions[static_cast<std::size_t>(d)]; }
@@ -264,14 +263,14 @@ bool scaled_decimal(std::string_view number, int shift, double& value) {
 }
 
 bool fits(const Powers& powers, Dimension expected) {
-  if (expected == Dimension::any || powers == row(expected).powers) return true;
+  if (powers == row(expected).powers) return true;
   return expected == Dimension::angular_velocity && powers == row(Dimension::rate).powers;  // radians go unsaid
 }
 
 /// "a mass", or its SI units where the dimension has no name here.
 std::string described(const Powers& powers) {
   for (const DimensionRow& d : dimensions)
-    if (d.powers == powers && d.dimension != Dimension::any) return text_of(d.article) + " " + d.name;
+    if (d.powers == powers) return text_of(d.article) + " " + d.name;
   static constexpr std::array<const char*, 5> names{"m", "kg", "s", "K", "rad"};
   std::string result = "in";
   for (std::size_t k = 0; k < powers.size(); ++k) {

@@ -12,15 +12,15 @@ namespace core {
 
 enum class Dimension {
   none, length, time, velocity, acceleration, mass, density, pressure, specific_energy, specific_heat, temperature,
-  angle, rate, angular_velocity, inverse_pressure, inverse_temperature, momentum, energy, surface_energy, any
+  angle, rate, angular_velocity, inverse_pressure, inverse_temperature, momentum, energy, surface_energy
 };
 
-/// "pressure"; "1.2 GPa"; "Pa" ("" for none and any).
+/// "pressure"; "1.2 GPa"; "Pa" ("" for none).
 const char* dimension_name(Dimension d);
 const char* dimension_example(Dimension d);
 const char* si_unit(Dimension d);
 
-/// The SI value of `text`. A bare number is SI; `any` takes every unit. Throws CaseError that says what was given, which
+/// The SI value of `text`. A bare number is SI. Throws CaseError that says what was given, which
 /// dimension it has and what would be valid; the caller puts file, line and key in front.
 double parse_quantity(std::string_view text, Dimension expected);
 

@@ -244,7 +244,7 @@ static void bin_faces(const fem::Mesh& mesh, const std::vector<fem::Face>& faces
 }
 
 struct PairScratch {
-  std::vector<std::uint8_t> seen;  ///< [bin] all zero
+  std::vector<std::uint8_t> seen;  ///< [bin] all zero; empty until something is contested
   std::vector<Vec3> x;             ///< of a bin's points
 };
 
@@ -257,6 +257,7 @@ static void pair_up(const ContactLists& l, ContactBin& bin, PairScratch& scratch
   if (l.points[bin.points[0]].body == l.faces[bin.faces[0]].body && all_alike(bin.points, l.points) &&
       all_alike(bin.faces, l.faces))
     return;
+  scratch.seen.resize(l.cells.size());  // only where something may strike: there are as many bins as particles in a late cloud
   contest(l, bin, scratch.seen);
   Box points;
   scratch.x.clear();
@@ -307,7 +308,7 @@ void make_lists(const fem::Mesh& mesh, const sph::Particles& particles, std::spa
   constexpr std::size_t block = 16;
   std::vector<std::vector<Candidate>> part((l.cells.size() + block - 1) / block);
   core::for_each_block(l.cells.size(), block, [&](std::size_t first, std::size_t last) {
-    PairScratch scratch{std::vector<std::uint8_t>(l.cells.size()), {}};
+    PairScratch scratch;
     for (std::size_t b = first; b < last; ++b) pair_up(l, l.bins[b], scratch, part[first / block]);
   });
   for (const auto& list : part)

@@ -69,7 +69,8 @@ static bool meets(const Triangle& t, const Triangle& v, const Corner& before, co
   if (!(end_norm > 0)) return false;
   m.normal = n1 / end_norm;
   m.gap_end = m.normal.dot(p + dt * vp - end.c);
-  if (m.gap_end >= (strict ? -1e-9 * margin : 0.5 * m.target)) return false;
+  // what touches is to keep no gap: round-off on either side of none is none, or such a pair would never be let alone
+  if (m.gap_end >= (strict ? -1e-9 * margin : 0.5 * m.target - 0.5e-9 * margin)) return false;
   const double low = strict ? 0.0 : -edge_tolerance;
   const auto inside_at = [&](double gap) {
     const double when = time_of_gap(t, v, p, vp, dt, gap, gap_0, m.gap_end, 0.1 * margin);

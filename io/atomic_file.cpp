@@ -19,7 +19,7 @@ namespace {
 [[noreturn]] void stop(const std::string& path, int error, std::size_t bytes) {
   std::string message = fmt::format("{}: cannot be written: {}", path, std::strerror(error));
   if (error == ENOSPC || error == EDQUOT || error == EFBIG)
-    message += fmt::format("; {} bytes were needed; make room or give another --out, then ejecta resume", bytes);
+    throw core::NoRoomError(message + fmt::format("; {} bytes were needed; {}", bytes, no_room_advice));
   throw core::GuardError(message);
 }
 

@@ -6,6 +6,9 @@
 
 namespace io {
 
+/// Stands in every message of core::NoRoomError.
+inline constexpr const char* no_room_advice = "make room, or give another --out";
+
 /// Replaces the file at `path` by `text`, which can be made again: it is not forced to the disk. Throws GuardError; what was
 /// there before stays then. A link, a pipe or a device stays what it is: the text is written into it.
 void write_atomically(const std::string& path, const std::string& text);

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <filesystem>
 #include <set>
+#include <span>
 
 #include "core/error.hpp"
 #include "io/material_file.hpp"
@@ -333,31 +334,57 @@ void read_output(const Node& root, Case& c) {
 
 // --- [reference] ---
 
-/// The dimension that a measurement's name promises; any where it promises none.
-Dimension dimension_of(const std::string& key) {
-  struct Ending {
-    const char* part;
-    Dimension dimension;
-  };
-  static constexpr std::array<Ending, 17> endings{{{"angle", Dimension::angle}, {"velocity", Dimension::velocity},
-      {"pressure", Dimension::pressure}, {"fraction", Dimension::none}, {"impulse", Dimension::momentum},
-      {"momentum", Dimension::momentum}, {"mass", Dimension::mass}, {"count", Dimension::none},
-      {"diameter", Dimension::length}, {"depth", Dimension::length}, {"length", Dimension::length},
-      {"width", Dimension::length}, {"bulge", Dimension::length}, {"height", Dimension::length},
-      {"displacement", Dimension::length}, {"energy", Dimension::energy},
-      {"perforated", Dimension::none}}};
-  const std::string last = key.substr(key.rfind('.') == std::string::npos ? 0 : key.rfind('.') + 1);
-  for (const Ending& e : endings)
-    if (last.find(e.part) != std::string::npos) return e.dimension;
-  return Dimension::any;
+struct Measurement {
+  const char* name;
+  Dimension dimension;
+};
+/// What is measured (docs/measurements.md): of the scene; of clouds, by `cloud.` and `<body>.cloud.`; and of the rest by its owner.
+constexpr std::array<Measurement, 4> of_scene{{{"peak_pressure", Dimension::pressure}, {"peak_pressure_max", Dimension::pressure},
+    {"peak_pressure_hugoniot", Dimension::pressure}, {"peak_pressure_jetting", Dimension::pressure}}};
+constexpr std::array<Measurement, 15> of_clouds{{{"mass", Dimension::mass}, {"momentum", Dimension::momentum}, {"kinetic_energy", Dimension::energy},
+    {"spray_half_angle", Dimension::angle}, {"fast_half_angle", Dimension::angle}, {"half_angle_outer_projectile", Dimension::angle},
+    {"envelope_half_angle", Dimension::angle}, {"axial_velocity_front", Dimension::velocity}, {"axial_velocity_rear", Dimension::velocity},
+    {"radial_velocity_max", Dimension::velocity}, {"length", Dimension::length}, {"width", Dimension::length}, {"melt_fraction", Dimension::none},
+    {"projectile_melt_fraction", Dimension::none}, {"vapour_fraction", Dimension::none}}};
+constexpr std::array<Measurement, 2> of_ejecta{{{"mass", Dimension::mass}, {"momentum", Dimension::momentum}}};
+constexpr std::array<Measurement, 7> of_fragments{{{"count", Dimension::none}, {"mass", Dimension::mass}, {"momentum", Dimension::momentum},
+    {"largest_mass", Dimension::mass}, {"lone_mass_fraction", Dimension::none}, {"failed_mass_fraction", Dimension::none}, {"reach_mass_fraction", Dimension::none}}};
+constexpr std::array<Measurement, 15> of_bodies{{{"hole_diameter", Dimension::length}, {"hole_diameter_min", Dimension::length}, {"hole_diameter_max", Dimension::length},
+    {"crater_depth", Dimension::length}, {"crater_diameter", Dimension::length}, {"crater_lip_height", Dimension::length}, {"perforated", Dimension::none},
+    {"bulge", Dimension::length}, {"detached_mass", Dimension::mass}, {"debris_mass_behind", Dimension::mass}, {"rim_displacement", Dimension::length},
+    {"impulse", Dimension::momentum}, {"final_length", Dimension::length}, {"foot_diameter", Dimension::length}, {"diameter_at_fifth", Dimension::length}}};
+
+/// The dimension of a measurement; an error names those that there are.
+Dimension dimension_of(const Node& node, const std::string& path, const std::string& key) {
+  const auto dot = key.find('.');
+  const std::string owner = key.substr(0, dot);
+  std::string name = dot == std::string::npos ? key : key.substr(dot + 1), before = dot == std::string::npos ? "" : owner + ".";
+  std::span<const Measurement> all = of_bodies;
+  if (before.empty()) {
+    all = of_scene;
+  } else if (owner == "cloud" || name.starts_with("cloud.")) {
+    all = of_clouds;
+    if (owner != "cloud") name = name.substr(6), before += "cloud.";
+  } else if (owner == "ejecta") {
+    all = of_ejecta;
+  } else if (owner == "fragments") {
+    all = of_fragments;
+  }
+  std::vector<std::string> names;
+  for (const Measurement& m : all) {
+    if (name == m.name) return m.dimension;
+    names.push_back(before + m.name);
+  }
+  toml_reader::fail(node.where, path, fmt::format("nothing is measured by that name{}; valid: {}", toml_reader::did_you_mean(key, names), toml_reader::join(names)));
 }
 
 double reference_value(const Node& node, const std::string& path, const std::string& key) {
-  const bool truth = key.ends_with("perforated");
+  const Dimension dimension = dimension_of(node, path, key);
+  const bool truth = key.ends_with(".perforated");
   if (truth != (node.kind == Node::Kind::boolean))
     toml_reader::fail(node.where, path, fmt::format("{}; must be {}", toml_reader::shown(node), truth ? "true or false" : "a number"));
   if (truth) return node.boolean ? 1 : 0;
-  return toml_reader::to_number(node, path, dimension_of(key), any_number);
+  return toml_reader::to_number(node, path, dimension, any_number);
 }
 
 void read_reference(const Node& root, Case& c) {

@@ -15,6 +15,7 @@
 #include <string_view>
 
 #include "core/error.hpp"
+#include "io/atomic_file.hpp"
 
 namespace io::hdf5 {
 namespace {
@@ -85,7 +86,7 @@ bool is_full(int error) { return error == ENOSPC || error == EDQUOT || error == 
   std::string message = fmt::format("{}: {}: {}", path, action, error != 0 ? std::strerror(error) : text);
   if (is_full(error)) {
     if (bytes > 0) message += fmt::format("; {} bytes more were needed", bytes);
-    message += "; make room (or give another --out), write less often (output.every), then ejecta resume";
+    throw core::NoRoomError(message + "; " + no_room_advice + ", or write less often (output.every)");
   }
   throw core::GuardError(message);
 }

@@ -190,14 +190,47 @@ class Messages(Folder):
         self.assertIn(b"UTF-8", r.stderr)
 
     def test_references(self):
-        for line, says in [('"bumper.perforated" = 7', "true or false"), ('"cloud.mass" = "5 mm"', "a mass is needed")]:
+        for line, says in [('"bumper.perforated" = 7', "true or false"), ('"cloud.mass" = "5 mm"', "a mass is needed"),
+                           ('"bumper.hole_diametr" = "2 mm"', "did you mean 'bumper.hole_diameter'?"), ('"peak_pressur" = "50 GPa"', "did you mean 'peak_pressure'"),
+                           ('"bumper.cloud.spray" = 1', "valid: bumper.cloud.mass, "), ('"" = 1', "valid: peak_pressure, "), ('"bumper." = 1', "valid: bumper.hole_diameter, "),
+                           ('"hole_diameter" = "2 mm"', "nothing is measured by that name")]:
             self.refused("run", "case.toml", "--out", self.out, text=CASE + f"[reference]\n{line}\n", says=["case.toml:23", says])
-        self.write("case.toml", CASE + '[reference]\n"fragments.count" = 5\n"bumper.hole_diametr" = "2 mm"\n')
+        self.write("case.toml", CASE + '[reference]\n"fragments.count" = 5\n"projectile.final_length" = "2 mm"\n')
         r = self.ejecta("run", "case.toml", "--out", self.out)
         self.assertEqual(r.returncode, 0, r.stderr)
         warnings = self.summary(self.out)["warnings"]
         self.assertEqual(len(warnings), 1, warnings)
-        self.assertIn("bumper.hole_diametr", warnings[0])
+        self.assertIn("projectile.final_length", warnings[0])
+        # all that runs measure is known by name
+        wall = CASE[CASE.rindex("[[body]]"):CASE.index("[output]")].replace("bumper", "wall").replace("-0.15 mm", "-1.65 mm")
+        bar = """title = "bar"
+[run]
+mode = "fem"
+end = "0.2 us"
+elements_across = 4
+[[body]]
+name = "bar"
+shape = "cylinder"
+diameter = "1 mm"
+length = "2 mm"
+center = ["0 mm", "0 mm", "1 mm"]
+velocity = [0, 0, -100]
+material = "Al2024-T351"
+[[wall]]
+point = [0, 0, 0]
+normal = [0, 0, 1]
+"""
+        shots = {"shot": CASE.replace("elements_across = 6", "elements_across = 4") + wall, "bar": bar}
+        for name, text in shots.items():
+            self.write(name + ".toml", text)
+            r = self.ejecta("run", name + ".toml", "--out", name, "--set", 'run.end="0.6 us"')
+            self.assertEqual(r.returncode, 0, r.stderr)
+            measured = self.summary(os.path.join(self.dir, name))["measurements"]
+            self.assertGreater(len(measured), 3)
+            value = lambda v: str(v).lower() if isinstance(v, bool) else repr(v)
+            self.write(name + ".toml", text + "[reference]\n" + "".join(f'"{k}" = {value(m["value"])}\n' for k, m in measured.items()))
+            r = self.ejecta("check", "--no-cost", name + ".toml")
+            self.assertEqual(r.returncode, 0, r.stderr)
 
     def test_sizes_without_end(self):
         for override in ("body.projectile.element_size=1e-11", 'body.bumper.size=["1e6 m", "1e6 m"]'):
@@ -908,6 +941,11 @@ class FullDisk(Folder):
         self.assertTrue("space" in said or "room" in said or "written" in said, said)
         self.assertNotIn("terminate called", said)
         self.nothing_half_written(out)
+        # nobody is told to go on from what is not there
+        stored = os.path.exists(os.path.join(out, "checkpoint.h5"))
+        self.assertFalse("ejecta resume" in said and not stored, said)
+        self.assertFalse("start anew" in said and stored, said)
+        return said
 
     def limited(self, size):
         def set_limit():
@@ -931,7 +969,8 @@ class FullDisk(Folder):
             rows = f.read()
         for size in (100, 5000, 60000, len(before) - 1):
             r = self.ejecta("resume", self.out, preexec_fn=self.limited(size))
-            self.check_stopped(r, self.out)
+            said = self.check_stopped(r, self.out)
+            self.assertTrue(size < 5000 or "go on with: ejecta resume" in said, said)
             with open(os.path.join(self.out, "checkpoint.h5"), "rb") as f:
                 self.assertEqual(f.read(), before, f"the checkpoint was harmed under a limit of {size} bytes")
             with open(history) as f:
@@ -964,7 +1003,9 @@ class FullDisk(Folder):
         for size in (0, 200, 20000):
             out = self.out + str(size)
             r = self.ejecta("run", "case.toml", "--out", out, preexec_fn=self.limited(size))
-            self.check_stopped(r, out)
+            self.assertNotIn("ejecta resume", self.check_stopped(r, out))
+        r = self.ejecta("run", "case.toml", "--out", self.out, preexec_fn=self.limited(400000))  # room for the first state, not for that of the end
+        self.assertIn("start anew with: ejecta run CASE --out", self.check_stopped(r, self.out))
 
     def test_a_small_disk(self):
         disk = os.path.join(self.dir, "disk")

@@ -627,10 +627,10 @@ TEST(Guards, PressureThatNoShockExplainsIsSaid) {
 }
 
 TEST(Meshes, APlateThinnerThanAnElementIsSaid) {
-  EXPECT_TRUE(small_case::set_up({"body.bumper.thickness=\"0.08 mm\""})->warnings.empty());  // elements of 0.125 mm
+  EXPECT_TRUE(small_case::set_up({"body.bumper.thickness=\"0.13 mm\""})->warnings.empty());  // elements of 0.125 mm, in two layers
   const auto s = small_case::set_up({"body.bumper.thickness=\"0.05 mm\""});
   ASSERT_EQ(s->warnings.size(), 1u);
-  EXPECT_NE(s->warnings[0].find("\"bumper\" is 0.05 mm thick"), std::string::npos) << s->warnings[0];
+  EXPECT_NE(s->warnings[0].find("\"bumper\" has layers of elements of 0.025 mm"), std::string::npos) << s->warnings[0];
 }
 
 // A step may close on a face by a part of what lies behind it, not of its edge alone: here the plate's one layer is a third as

@@ -121,7 +121,7 @@ checkpoint_every = "2 min"
 [reference]
 "wall-1.perforated" = { value = true, source = "a shot" }
 "cloud.spray_half_angle" = "25 deg"
-peak_pressure_axis = "150 GPa"
+peak_pressure_max = "150 GPa"
 [materials.mine]
 base = "W"
 rho_0 = "17.6 g/cm3"
@@ -260,7 +260,7 @@ TEST_F(CaseFile, EveryKeyArrives) {
   EXPECT_EQ(c.checkpoint_every, 120);
   EXPECT_EQ(c.reference.at("wall-1.perforated").value, 1);
   EXPECT_DOUBLE_EQ(c.reference.at("cloud.spray_half_angle").value, 0.43633231299858238);
-  EXPECT_EQ(c.reference.at("peak_pressure_axis").value, 150e9);
+  EXPECT_EQ(c.reference.at("peak_pressure_max").value, 150e9);
   EXPECT_EQ(c.materials.size(), 3u);
   EXPECT_EQ(c.materials.at("mine").rho_0, 17600.0);
   EXPECT_EQ(std::get<material::PerfectlyPlastic>(c.materials.at("mine").strength).Y, 1.5e9);
