@@ -113,14 +113,18 @@ static measure::Scene make_scene(const io::Case& spec, const std::vector<PlacedB
     const std::string& struck = spec.bodies[static_cast<std::size_t>(scene.plates[0])].material;
     const auto &a = spec.materials.at(shot.material), &b = spec.materials.at(struck);
     const double closing = std::abs(scene.impact_velocity.dot(first.normal));
-    scene.peak_pressure_axis_hugoniot = eos::impact_pressure(a.eos, a.rho_0, b.eos, b.rho_0, closing);
+    const bool square = shot.shape == io::Shape::sphere && closing > 0.999 * scene.impact_velocity.norm();
+    try {
+      scene.peak_pressure_axis_hugoniot = eos::impact_pressure(a.eos, a.rho_0, b.eos, b.rho_0, closing);
+      if (square) scene.peak_pressure_jetting = eos::onset_of_jetting(a.eos, a.rho_0, b.eos, b.rho_0, closing).p;
+    } catch (const core::CaseError& e) {
+      throw core::CaseError(fmt::format("{}: eos of \"{}\" or \"{}\", which meet at {:.4g} km/s: {}", spec.file, shot.material, struck, closing * 1e-3, e.what()));
+    }
     if (closing > 0 && !(scene.peak_pressure_axis_hugoniot > 0))
       warnings.push_back(fmt::format(
           "{} on {} at {:.4g} km/s compresses one of them beyond the range of its equation of state: pressures there are extrapolated and "
           "peak_pressure_hugoniot is left out; a model of wider range (tillotson, or a table from \"ejecta eos table\") would cover it",
           shot.material, struck, closing * 1e-3));
-    if (shot.shape == io::Shape::sphere && closing > 0.999 * scene.impact_velocity.norm())
-      scene.peak_pressure_jetting = eos::onset_of_jetting(a.eos, a.rho_0, b.eos, b.rho_0, closing).p;
   }
   return scene;
 }

@@ -360,7 +360,7 @@ double to_number(const Node& node, const std::string& key, core::Dimension d, Li
       fail(node.where, key, e.what());
     }
   } else if (!node.is_number()) {
-    fail(node.where, key, fmt::format("{} is no number; a {} is a number in SI or a string with a unit, for example \"{}\"",
+    fail(node.where, key, fmt::format("{} is no number; needed: {}, as a number in SI or a string with a unit, for example \"{}\"",
                                       shown(node), core::dimension_name(d), core::dimension_example(d)));
   }
   if (!std::isfinite(value)) fail(node.where, key, fmt::format("{} is not finite", shown(node)));
@@ -399,7 +399,7 @@ void Table::fail(std::string_view key, const std::string& problem) const {
 double Table::number(std::string_view key, core::Dimension d, Limits limits) const {
   const Node* node = node_.find(key);
   if (!node)
-    fail(key, fmt::format("is missing; a {} is needed, for example {} = \"{}\"", core::dimension_name(d), key,
+    fail(key, fmt::format("is missing; needed: {}, for example {} = \"{}\"", core::dimension_name(d), key,
                           core::dimension_example(d)));
   return to_number(*node, full_key(key), d, limits);
 }
