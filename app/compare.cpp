@@ -115,7 +115,7 @@ void add_measurements(const std::vector<Run>& runs, Table& table) {
     for (std::size_t k = 0; k < runs.size(); ++k) {
       const Cell c = cell(entry(runs[k]), "value");
       const bool told = c.number && base.number && base.value != 0 && (reference.there || k > 0);
-      cells.push_back(told ? fmt::format("{} ({:+.1f} %)", c.text, 100 * (c.value - base.value) / std::abs(base.value)) : c.text);
+      cells.push_back(told ? fmt::format("{} ({:+.1f} %)", c.text, 100 * relative_error(c, base)) : c.text);
     }
     if (reference.there) cells.push_back(reference.text);
     table.row(key, std::move(cells));

@@ -76,7 +76,7 @@ std::string compared(const StoredRun& run) {
   for (const auto& [key, entry] : run.summary["measurements"].items()) {
     const Cell c = cell(entry, "value"), r = cell(entry, "reference");
     if (!r.there) continue;
-    const std::string error = !c.number ? (c.value == r.value ? "right" : "wrong") : r.value != 0 ? fmt::format("{:+.1f} %", 100 * (c.value - r.value) / std::abs(r.value)) : "";
+    const std::string error = !c.number ? (c.value == r.value ? "right" : "wrong") : r.value != 0 ? fmt::format("{:+.1f} %", 100 * relative_error(c, r)) : "";
     table.row({key, c.text, r.text, error, entry.value("source", std::string())});
   }
   return table.empty() ? "<p>The case names no reference ([reference]).</p>\n" : table.text();
@@ -89,12 +89,10 @@ std::string measured(const StoredRun& run) {
 }
 
 std::string energies(const StoredRun& run) {
-  const double initial = run.number("/conservation/initial_kinetic");
-  const auto part = [&](const char* name) { return run.number(fmt::format("/conservation/ledger/{}", name)) * (initial > 0 ? 100 / initial : 0); };
   PageTable table({"energy at the end", "% of the initial kinetic energy"});
   for (const char* name : {"kinetic", "internal", "hourglass", "contact", "conversion", "eroded_kinetic", "eroded_internal"})
-    table.row({name, fmt::format("{:.3f}", part(name))});
-  table.row({"hourglass + |contact| + conversion", fmt::format("{:.3f}", part("hourglass") + std::abs(part("contact")) + part("conversion"))});
+    table.row({name, fmt::format("{:.3f}", 100 * run.energy(name))});
+  table.row({"hourglass + |contact| + conversion", fmt::format("{:.3f}", 100 * run.booked())});
   PageTable errors({"error", "relative"});
   for (const char* name : {"energy_error", "mass_error", "momentum_error", "angular_momentum_error"})
     errors.row({name, fmt::format("{:.1e}", run.number(fmt::format("/conservation/{}", name)))});
@@ -132,6 +130,14 @@ std::string fragments(const std::string& dir) {
   return fmt::format("<p>{} pieces of {} together, {} of them lone points; all of them: fragments.csv.</p>\n", all.size(), readable(mass, "kg"), lone) + table.text();
 }
 
+/// A list of the texts at a path of the summary; nothing where there are none.
+std::string lines(const StoredRun& run, const std::string& path) {
+  std::string text;
+  for (const auto& line : run.at(path))
+    if (line.is_string()) text += fmt::format("<li>{}</li>\n", page_text(line.get<std::string>()));
+  return text.empty() ? "" : "<ul>\n" + text + "</ul>\n";
+}
+
 std::string cost(const StoredRun& run) {
   PageTable table({"stage", "s", "%"});
   const Json stages = run.at("/work/stage_seconds");
@@ -139,20 +145,10 @@ std::string cost(const StoredRun& run) {
   for (const auto& [name, seconds] : stages.items()) all += seconds.get<double>();
   for (const auto& [name, seconds] : stages.items())
     table.row({name, fmt::format("{:.2f}", seconds.get<double>()), fmt::format("{:.1f}", all > 0 ? 100 * seconds.get<double>() / all : 0.0)});
-  std::string text = fmt::format("<p>{:.4g} s on the wall, {:.4g} s of processors, {:.0f} MiB at most; {:.3g} element updates, {:.3g} pair updates.</p>\n",
+  const std::string text = fmt::format("<p>{:.4g} s on the wall, {:.4g} s of processors, {:.0f} MiB at most; {:.3g} element updates, {:.3g} pair updates.</p>\n",
                                  run.number("/wall_seconds"), run.number("/cpu_seconds"), run.number("/peak_memory_bytes") / (1 << 20),
                                  run.number("/work/element_updates"), run.number("/work/pair_updates"));
-  text += "<ul>\n";
-  for (const auto& line : run.at("/not_needed"))
-    if (line.is_string()) text += fmt::format("<li>{}</li>\n", page_text(line.get<std::string>()));
-  return text + "</ul>\n" + table.text();
-}
-
-std::string warnings(const StoredRun& run) {
-  std::string text;
-  for (const auto& line : run.at("/warnings"))
-    if (line.is_string()) text += fmt::format("<li>{}</li>\n", page_text(line.get<std::string>()));
-  return text.empty() ? "<p>None.</p>\n" : "<ul>\n" + text + "</ul>\n";
+  return text + lines(run, "/not_needed") + table.text();
 }
 
 std::string page(const StoredRun& run, bool drawn) {
@@ -170,7 +166,8 @@ std::string page(const StoredRun& run, bool drawn) {
   text += section("All measurements", measured(run));
   text += section("Fragments", fragments(run.folder));
   text += section("Cost", cost(run));
-  text += section("Warnings", warnings(run));
+  const std::string warnings = lines(run, "/warnings");
+  text += section("Warnings", warnings.empty() ? "<p>None.</p>\n" : warnings);
   text += section("The case as it was run", "<pre>" + page_text(file_text(run.folder + "/case.toml")) + "</pre>\n");
   return text + "</body>\n</html>\n";
 }

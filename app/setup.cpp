@@ -10,8 +10,8 @@
 #include "app/body_mesh.hpp"
 #include "core/error.hpp"
 #include "eos/hugoniot.hpp"
-#include "fem/parting.hpp"
 #include "fem/hex8.hpp"
+#include "fem/parting.hpp"
 
 namespace app {
 

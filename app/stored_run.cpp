@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -12,10 +13,17 @@
 
 namespace app {
 
-double StoredRun::number(const std::string& path, double otherwise) const {
+double StoredRun::number(const std::string& path) const {
   const Json j = at(path);
-  return j.is_number() ? j.get<double>() : otherwise;
+  return j.is_number() ? j.get<double>() : 0;
 }
+
+double StoredRun::energy(const std::string& term) const {
+  const double initial = number("/conservation/initial_kinetic");
+  return initial > 0 ? number("/conservation/ledger/" + term) / initial : 0;
+}
+
+double StoredRun::booked() const { return energy("hourglass") + std::abs(energy("contact")) + energy("conversion"); }
 
 std::string StoredRun::text(const std::string& path) const {
   const Json j = at(path);
@@ -49,5 +57,7 @@ Cell cell(const Json& measurement, const char* key) {
   const Json unit = measurement.value("unit", Json());
   return {true, true, v.get<double>(), readable(v.get<double>(), unit.is_string() ? unit.get<std::string>() : "")};
 }
+
+double relative_error(const Cell& c, const Cell& truth) { return (c.value - truth.value) / std::abs(truth.value); }
 
 }  // namespace app

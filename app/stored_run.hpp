@@ -16,9 +16,13 @@ struct StoredRun {
 
   /// What stands at a path of the summary, "/work/element_updates"; null where nothing does.
   Json at(const std::string& path) const { return summary.value(Json::json_pointer(path), Json()); }
-  /// The number there, `otherwise` where there is none.
-  double number(const std::string& path, double otherwise = 0) const;
+  /// The number there, 0 where there is none.
+  double number(const std::string& path) const;
   std::string text(const std::string& path) const;
+  /// A term of the ledger over the initial kinetic energy, 0 where there was none.
+  double energy(const std::string& term) const;
+  /// Hourglass + |contact| + conversion over it.
+  double booked() const;
   /// A measurement, {value, unit, reference ...}; null where it was not measured.
   Json measured(const std::string& key) const { return summary["measurements"].value(key, Json()); }
 };
@@ -38,5 +42,8 @@ struct Cell {
 
 /// `key` of a measurement: "value" or "reference".
 Cell cell(const Json& measurement, const char* key);
+
+/// How far a number is from one that is not zero, over the size of that.
+double relative_error(const Cell& c, const Cell& truth);
 
 }  // namespace app

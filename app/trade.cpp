@@ -137,7 +137,7 @@ Yardsticks yardsticks_of(const std::vector<Entry>& entries) {
 double error_of(const StoredRun& run, const Yardstick& y) {
   const Cell c = cell(run.measured(y.key), "value");
   if (!c.there) return 1;
-  return y.truth.number ? (c.value - y.truth.value) / std::abs(y.truth.value) : c.value == y.truth.value ? 0 : 1;
+  return y.truth.number ? relative_error(c, y.truth) : c.value == y.truth.value ? 0 : 1;
 }
 
 double root_mean_square_error(const StoredRun& run, const std::vector<Yardstick>& yardsticks) {
@@ -157,13 +157,6 @@ void judge(std::vector<Entry>& entries, const std::vector<Yardstick>& yardsticks
   for (std::size_t k = 0; k < ended.size(); ++k) entries[ended[k]].on_front = front[k];
 }
 
-/// Hourglass + |contact| + conversion over the initial kinetic energy.
-double booked(const StoredRun& run) {
-  const auto term = [&](const char* name) { return run.number(fmt::format("/conservation/ledger/{}", name)); };
-  const double initial = run.number("/conservation/initial_kinetic");
-  return initial > 0 ? (term("hourglass") + std::abs(term("contact")) + term("conversion")) / initial : 0;
-}
-
 std::string table_text(const std::vector<Entry>& entries, const Yardsticks& yardsticks) {
   std::vector<std::vector<std::string>> rows{{"run", "steps", "elements", "particles", "cpu s", "wall s", "MiB", "booked %", "error %", "front"}};
   for (const auto& y : yardsticks.all) rows[0].push_back(y.key);
@@ -171,7 +164,7 @@ std::string table_text(const std::vector<Entry>& entries, const Yardsticks& yard
     const StoredRun& r = e.run;
     rows.push_back({e.name(), fmt::format("{:.0f}", r.number("/steps")), fmt::format("{:.0f}", r.number("/elements/initial")), fmt::format("{:.0f}", r.number("/particles/final")),
                     fmt::format("{:.3g}", e.cost()), fmt::format("{:.3g}", r.number("/wall_seconds")), fmt::format("{:.0f}", r.number("/peak_memory_bytes") / (1 << 20)),
-                    fmt::format("{:.2f}", 100 * booked(r)), e.ended() ? fmt::format("{:.2f}", 100 * e.error) : "stopped", e.on_front ? "*" : ""});
+                    fmt::format("{:.2f}", 100 * r.booked()), e.ended() ? fmt::format("{:.2f}", 100 * e.error) : "stopped", e.on_front ? "*" : ""});
     for (const auto& y : yardsticks.all) {
       const Cell c = cell(r.measured(y.key), "value");
       rows.back().push_back(c.number && y.truth.number ? fmt::format("{} ({:+.1f} %)", c.text, 100 * error_of(r, y)) : c.text);
@@ -190,7 +183,7 @@ std::string table_csv(const std::vector<Entry>& entries, const std::vector<Yards
     const StoredRun& r = e.run;
     text += fmt::format("{},{},{},{},{:.0f},{:.0f},{:.0f},{:.0f},{:.6g},{:.6g},{:.0f},{:.6e},{:.6e},{}", e.name(), io::to_string(e.spec.mode), e.spec.elements_across,
                         e.ended() ? 1 : 0, r.number("/steps"), r.number("/elements/initial"), r.number("/particles/final"), r.number("/threads"), e.cost(),
-                        r.number("/wall_seconds"), r.number("/peak_memory_bytes"), booked(r), e.error, e.on_front ? 1 : 0);
+                        r.number("/wall_seconds"), r.number("/peak_memory_bytes"), r.booked(), e.error, e.on_front ? 1 : 0);
     for (const auto& y : yardsticks) {
       const Cell c = cell(r.measured(y.key), "value");
       text += c.there ? fmt::format(",{:.9e},{:.6e}", c.value, error_of(r, y)) : fmt::format(",,{:.6e}", error_of(r, y));

@@ -124,16 +124,13 @@ std::size_t part(Mesh& mesh, const std::vector<std::uint32_t>& nodes, const std:
 
 bool part_bodies(Mesh& mesh) {
   const std::size_t n_bodies = mesh.body_nodes.size();
-  std::vector<Box> box(n_bodies);
-  for (std::size_t b = 0; b < n_bodies; ++b)
-    for (std::size_t nd = mesh.body_nodes[b].first; nd < mesh.body_nodes[b].last; ++nd) box[b].add(mesh.nodes.x[nd]);
   Surface surface;
   std::vector<std::vector<Face>> faces(n_bodies);
   std::vector<std::vector<std::uint32_t>> nodes(n_bodies);
   std::size_t moved = 0;
   for (std::size_t a = 0; a < n_bodies; ++a)
     for (std::size_t b = a + 1; b < n_bodies; ++b) {
-      if (!overlap(box[a], box[b])) continue;
+      if (!overlap(mesh.body_box[a], mesh.body_box[b])) continue;
       if (!surface.built) {
         update_surface(mesh, surface);
         for (const Face& f : surface.faces) faces[mesh.elements.body(f.element)].push_back(f);
@@ -141,7 +138,7 @@ bool part_bodies(Mesh& mesh) {
           for (const auto nd : surface.nodes)
             if (nd >= mesh.body_nodes[body].first && nd < mesh.body_nodes[body].last) nodes[body].push_back(nd);
       }
-      const Box both = common(box[a], box[b]);
+      const Box both = common(mesh.body_box[a], mesh.body_box[b]);
       // on an edge, and on the planes of symmetry, the mean way out leaves a part of the way to go
       constexpr int most_rounds = 8;
       for (int round = 0; round < most_rounds; ++round) {
